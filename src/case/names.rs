@@ -3,7 +3,7 @@
 //! Histories, fields and pictures are called after parts, probes and pictures; what is not safe in a file name becomes `-`,
 //! so that two names may mean one file. Upper and lower case count as one: not every file system tells them apart.
 
-use super::{BoundaryWord, CaseFile, Method};
+use super::{CaseFile, Method};
 use crate::error::Diagnostic;
 use crate::mesh::domain::DomainMesh;
 use crate::output::label::file_name;
@@ -167,10 +167,7 @@ fn probe(name: &str) -> String {
 fn forces(file: &CaseFile, initial: &Snapshot<'_>) -> Vec<Writer> {
     let force = |name: &str| format!("the force on `{name}`");
     if file.method == Method::Pfem2 {
-        let holding =
-            file.boundary.iter().enumerate().filter(|(_, b)| {
-                !matches!(b.kind, BoundaryWord::Outlet | BoundaryWord::Traction | BoundaryWord::Pressure)
-            });
+        let holding = file.boundary.iter().enumerate().filter(|(_, part)| !part.kind.is_open());
         let writer = |(i, part): (usize, &super::BoundarySpec)| {
             let name = part.part_name();
             Writer::new(&name, part_key(i, part), force(&name))

@@ -1,13 +1,10 @@
-//! Parts of a case: bodies, membranes, obstacles, walls, contact.
+//! Bodies of a case, supports and loads of bodies and membranes, contact of pairs.
 
 use super::friction::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
 use super::solid::{InertiaSpec, PlaneSpec, RigidMotionSpec, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
 use crate::geometry::Shape;
-use crate::material::sheet::SheetLaw;
 use crate::material::{PointLaws, ViscousLaws};
-use crate::mesh::MembraneShape;
-use crate::mpm::WallKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -142,7 +139,7 @@ impl<'de> Deserialize<'de> for Material {
     }
 }
 
-fn yes() -> bool {
+pub(super) fn yes() -> bool {
     true
 }
 
@@ -216,81 +213,6 @@ impl Side {
     }
 }
 
-/// A membrane.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct MembraneSpec {
-    /// Its name in contacts, probes and files.
-    pub name: String,
-    /// Its mesh.
-    pub geometry: MembraneShape,
-    /// Thickness.
-    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
-    pub thickness: f64,
-    /// Velocity at the start; may depend on x, y, z.
-    #[serde(default)]
-    #[schemars(extend("unit" = "m/s", "axes" = true))]
-    pub velocity: [SignalSpec; 3],
-    /// The law.
-    pub material: SheetLaw,
-    /// Stress in the sheet at the start, along its first and second axis.
-    #[serde(default)]
-    #[schemars(extend("unit" = "Pa"))]
-    pub prestress: [f64; 2],
-    /// Direction of the first material axis (warp), projected on each element; for fabrics.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("axes" = true))]
-    pub warp: Option<[f64; 3]>,
-    /// Hourglass control of quadrilaterals.
-    #[serde(default)]
-    pub hourglass: HourglassSpec,
-    /// Damping.
-    #[serde(default)]
-    pub damping: DampingSpec,
-    /// Nodes whose motion is prescribed.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub supports: Vec<SupportSpec>,
-    /// Pressure on it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pressure: Option<PressureSpec>,
-    /// True: contact is at the surface, half the thickness away; false: at the mid-surface.
-    #[serde(default)]
-    pub contact_thickness: bool,
-}
-
-/// Hourglass control of quadrilaterals.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-pub struct HourglassSpec {
-    /// In-plane stiffness r_m, of sheets that don't wrinkle; quadrilaterals of those that do have 2 × 2 points instead.
-    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-    pub stiffness: f64,
-    /// In-plane viscosity r_v.
-    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-    pub viscosity: f64,
-    /// Viscosity against warping r_w.
-    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-    pub warping: f64,
-}
-
-impl Default for HourglassSpec {
-    fn default() -> Self {
-        Self { stiffness: 0.05, viscosity: 0.0, warping: 0.01 }
-    }
-}
-
-/// Damping of a membrane.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-pub struct DampingSpec {
-    /// Stiffness-proportional damping time, as a fraction of the step; sheets that wrinkle have 0.05 at least.
-    #[schemars(extend("minimum" = 0.0, "maximum" = 0.05))]
-    pub stiffness: f64,
-    /// Mass-proportional rate.
-    #[schemars(extend("unit" = "1/s", "minimum" = 0.0))]
-    pub mass: f64,
-}
-
 /// Nodes whose motion is prescribed.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -328,162 +250,6 @@ pub enum SupportPlace {
     Point(#[schemars(extend("unit" = "m", "axes" = true))] [f64; 3]),
     /// The nodes in this region (those on its boundary included).
     Region(Shape),
-}
-
-/// Pressure on a membrane.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct PressureSpec {
-    /// Pushes along the element normal where positive.
-    #[schemars(extend("unit" = "Pa"))]
-    pub value: SignalSpec,
-    /// True: it follows the deformed surface; false: it is a dead load on the undeformed one.
-    #[serde(default = "yes")]
-    pub follower: bool,
-}
-
-/// A rigid obstacle.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct ObstacleSpec {
-    /// Its name in histories.
-    pub name: String,
-    /// Its shape at the start.
-    pub region: Shape,
-    /// Its kind.
-    #[serde(default)]
-    pub kind: ObstacleKind,
-    /// Coefficient of friction, for `kind = "friction"`.
-    #[serde(default)]
-    #[schemars(extend("minimum" = 0.0))]
-    pub coefficient: f64,
-    /// Its velocity; may depend on t.
-    #[serde(default)]
-    #[schemars(extend("unit" = "m/s", "axes" = true))]
-    pub velocity: [SignalSpec; 3],
-}
-
-impl ObstacleSpec {
-    /// Its condition on the grid velocity.
-    pub fn wall_kind(&self) -> WallKind {
-        match self.kind {
-            ObstacleKind::Fixed => WallKind::Fixed,
-            ObstacleKind::Slip => WallKind::Slip,
-            ObstacleKind::Separate => WallKind::Separate,
-            ObstacleKind::Friction => WallKind::Friction { coefficient: self.coefficient },
-        }
-    }
-}
-
-/// Kinds of obstacles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ObstacleKind {
-    /// No motion relative to it.
-    Fixed,
-    /// No normal motion relative to it.
-    Slip,
-    /// No motion into it; free to leave, no friction.
-    #[default]
-    Separate,
-    /// As `separate`, with Coulomb friction.
-    Friction,
-}
-
-/// An end of the domain: a word, or a table when it moves or has friction.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum WallSpec {
-    /// The kind by its name.
-    Word(WallWord),
-    /// Its kind and its velocity.
-    Moving(Box<MovingWallSpec>),
-}
-
-/// Kinds of walls at the ends of the domain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum WallWord {
-    /// Material that leaves stops the run with an error.
-    Open,
-    /// No motion at all.
-    Fixed,
-    /// No normal motion: a plane of symmetry.
-    Slip,
-    /// No motion into the wall; free to leave.
-    Separate,
-}
-
-/// An end of the domain that moves or has friction.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum MovingWallSpec {
-    /// Material that leaves stops the run with an error.
-    Open {},
-    /// No motion relative to the wall.
-    Fixed {
-        /// Velocity of the wall; may depend on t.
-        #[serde(default)]
-        #[schemars(extend("unit" = "m/s", "axes" = true))]
-        velocity: [SignalSpec; 3],
-    },
-    /// No normal motion relative to the wall.
-    Slip {
-        /// Velocity of the wall; may depend on t.
-        #[serde(default)]
-        #[schemars(extend("unit" = "m/s", "axes" = true))]
-        velocity: [SignalSpec; 3],
-    },
-    /// No motion into the wall; free to leave.
-    Separate {
-        /// Velocity of the wall; may depend on t.
-        #[serde(default)]
-        #[schemars(extend("unit" = "m/s", "axes" = true))]
-        velocity: [SignalSpec; 3],
-    },
-    /// As `separate`, with Coulomb friction.
-    Friction {
-        /// Coefficient.
-        #[schemars(extend("minimum" = 0.0))]
-        coefficient: f64,
-        /// Velocity of the wall; may depend on t.
-        #[serde(default)]
-        #[schemars(extend("unit" = "m/s", "axes" = true))]
-        velocity: [SignalSpec; 3],
-    },
-}
-
-impl Default for WallSpec {
-    fn default() -> Self {
-        Self::Word(WallWord::Open)
-    }
-}
-
-impl WallSpec {
-    /// Its kind and its velocity.
-    pub fn parts(&self) -> (WallKind, [SignalSpec; 3]) {
-        match self {
-            Self::Word(WallWord::Open) => (WallKind::Open, Default::default()),
-            Self::Word(WallWord::Fixed) => (WallKind::Fixed, Default::default()),
-            Self::Word(WallWord::Slip) => (WallKind::Slip, Default::default()),
-            Self::Word(WallWord::Separate) => (WallKind::Separate, Default::default()),
-            Self::Moving(wall) => wall.parts(),
-        }
-    }
-}
-
-impl MovingWallSpec {
-    fn parts(&self) -> (WallKind, [SignalSpec; 3]) {
-        match self {
-            Self::Open {} => (WallKind::Open, Default::default()),
-            Self::Fixed { velocity } => (WallKind::Fixed, velocity.clone()),
-            Self::Slip { velocity } => (WallKind::Slip, velocity.clone()),
-            Self::Separate { velocity } => (WallKind::Separate, velocity.clone()),
-            Self::Friction { coefficient, velocity } => {
-                (WallKind::Friction { coefficient: *coefficient }, velocity.clone())
-            }
-        }
-    }
 }
 
 /// Contact of a pair.

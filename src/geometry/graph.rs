@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn below_a_cosine() {
+    fn a_region_below_a_cosine_ends_at_it() {
         let height = Height::Formula("-0.1*cos(2*pi*x)".into());
         let shape = BelowShape { height, from: -0.5, to: 0.5, bottom: -2.0, pieces: 400 };
         let region = shape.build(Path::new(""), 2).unwrap();

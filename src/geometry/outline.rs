@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_and_flush_sides() {
+    fn outlines_of_a_hole_and_of_a_notch_with_flush_sides() {
         let plate = rectangle([0.0, 0.0], [2.0, 1.0]);
         let hole = Region::Sphere { center: [1.0, 0.5, 0.0], radius: 0.25 };
         let holed = Region::Intersection(vec![plate.clone(), Region::Complement(Box::new(hole))]);

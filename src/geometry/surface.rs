@@ -16,13 +16,13 @@ use std::path::Path;
 pub struct Surface {
     triangles: Triangles,
     volume: f64,
-    facets: RTree<Facet>,
+    facets: RTree<IndexedTriangle>,
     normals: PseudoNormals,
 }
 
 /// A triangle in the search for the nearest one.
 #[derive(Debug, Clone)]
-struct Facet {
+struct IndexedTriangle {
     index: usize,
     corners: [Vector<3>; 3],
 }
@@ -62,7 +62,7 @@ impl Surface {
             return Err("the surface encloses no volume".into());
         }
         let corners = |t: &[u32; 3]| t.map(|v| Vector(surface.vertices[v as usize]));
-        let facet = |(index, t)| Facet { index, corners: corners(t) };
+        let facet = |(index, t)| IndexedTriangle { index, corners: corners(t) };
         let facets = RTree::bulk_load(surface.triangles.iter().enumerate().map(facet).collect());
         let normals = PseudoNormals::new(&surface);
         Ok(Self { triangles: surface, volume, facets, normals })
@@ -100,14 +100,14 @@ impl Surface {
     }
 }
 
-impl Facet {
+impl IndexedTriangle {
     fn point(&self, weights: [f64; 3]) -> Vector<3> {
         let [a, b, c] = self.corners;
         a * weights[0] + b * weights[1] + c * weights[2]
     }
 }
 
-impl RTreeObject for Facet {
+impl RTreeObject for IndexedTriangle {
     type Envelope = AABB<[f64; 3]>;
 
     fn envelope(&self) -> Self::Envelope {
@@ -115,7 +115,7 @@ impl RTreeObject for Facet {
     }
 }
 
-impl PointDistance for Facet {
+impl PointDistance for IndexedTriangle {
     fn distance_2(&self, x: &[f64; 3]) -> f64 {
         let x = Vector(*x);
         (x - self.point(closest_on_triangle(self.corners, x))).norm_squared()

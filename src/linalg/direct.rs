@@ -32,14 +32,14 @@ const SMALLEST_PIVOT: f64 = 1e-12;
 ///
 /// The methods that call `faer` are compiled here for each of the two types, once, rather than in the crates that use
 /// a solver.
-pub(super) trait Number: Copy + Send {
+pub(super) trait Precision: Copy + Send {
     /// Zero.
     const ZERO: Self;
     /// Rounds.
     fn round(value: f64) -> Self;
     /// Widens.
     fn widen(self) -> f64;
-    /// Room for [`Number::factorize`] and [`Number::solve`].
+    /// Room for [`Precision::factorize`] and [`Precision::solve`].
     fn scratch(symbolic: &SymbolicSupernodalCholesky<u32>) -> StackReq;
     /// L and D of the matrix with this lower part; says whether that went well.
     fn factorize(
@@ -54,9 +54,9 @@ pub(super) trait Number: Copy + Send {
 }
 
 /// The methods are the same for both types; `faer` wants them known one by one.
-macro_rules! number {
+macro_rules! precision {
     ($T:ty) => {
-        impl Number for $T {
+        impl Precision for $T {
             const ZERO: Self = 0.0;
 
             fn round(value: f64) -> Self {
@@ -104,8 +104,8 @@ macro_rules! number {
     };
 }
 
-number!(f32);
-number!(f64);
+precision!(f32);
+precision!(f64);
 
 /// The order of elimination and the structure of the factor: all that depends on the pattern alone.
 pub(super) struct Analysis {
@@ -232,7 +232,7 @@ pub(super) struct Factor<T> {
     memory: MemBuffer,
 }
 
-impl<T: Number> Factor<T> {
+impl<T: Precision> Factor<T> {
     /// Factorises the symmetric part of S R A S; `None` where it breaks down: a zero or undefined pivot.
     pub fn new<const B: usize>(analysis: &Analysis, a: &BlockMatrix<B>, scaling: &[[f64; B]]) -> Option<Self> {
         let values = vec![T::ZERO; analysis.entries()];
@@ -270,7 +270,7 @@ impl<T: Number> Factor<T> {
 }
 
 /// The numbers of the symmetric part of S R A S on and below the diagonal, in the order of [`Analysis::columns`].
-fn scaled_lower<const B: usize, T: Number>(
+fn scaled_lower<const B: usize, T: Precision>(
     analysis: &Analysis,
     a: &BlockMatrix<B>,
     s: &[[f64; B]],

@@ -50,7 +50,7 @@ pub use sheet::{LANES, Sheet, SheetKind, SheetLanes, SheetState};
 pub use solid::Solid;
 pub use st_venant_kirchhoff::StVenantKirchhoff;
 pub use stiffness::Stiffness;
-pub use viscous::{Bingham, HerschelBulkley, Newtonian, ViscousLaw, ViscousLaws};
+pub use viscous::*;
 pub use yield_curve::YieldCurve;
 
 use crate::math::{SymTensor, Tensor};
@@ -78,7 +78,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// Density in the reference state [kg/m³].
     fn density(&self) -> f64;
 
-    /// Which optional columns the law needs.
+    /// Optional columns that the law needs.
     fn storage(&self) -> Storage;
 
     /// The initial state of one particle, from the values that the case prescribes.
@@ -149,7 +149,7 @@ pub enum MaterialKind {
     Elastic,
 }
 
-/// Which optional columns a law needs.
+/// Optional columns that a law needs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Storage {
     /// The full Cauchy stress per particle; without it only the pressure is stored.

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn prestress_is_met() {
+    fn the_state_at_the_start_has_the_given_stress() {
         let stress = SymTensor([2e5, -1e5, 5e4, 3e4, -2e4, 8e4]);
         let state = rubber().initial(&StartState { stress: Some(stress), ..StartState::default() }).unwrap();
         let error = state.stress - stress;

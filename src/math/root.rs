@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn says_when_there_is_none() {
+    fn a_range_without_a_root_gives_none() {
         assert_eq!(nearest_root(|x| x * x + 1.0, 0.1, 10.0), None);
         assert_eq!(nearest_root(|x| x - 3.0, 0.1, 2.0), None);
         assert_eq!(nearest_root(|x| x, 0.1, 2.0), Some(0.0));

@@ -11,7 +11,7 @@
 //! loses energy for ever.
 
 use super::contact::{
-    Contact, ContactPass, FoldedStencil, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface,
+    ContactPass, Contacts, FoldedStencil, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface,
 };
 use super::membrane::Membrane;
 use super::particles::Body;
@@ -50,7 +50,7 @@ pub struct Coupling<const D: usize> {
     /// The membranes.
     pub membranes: Vec<Membrane<D>>,
     /// Contact of membranes with bodies, and of bodies with each other.
-    pub contact: Contact<D>,
+    pub contact: Contacts<D>,
     /// Membranes that meet each other or themselves.
     pub(in crate::mpm) proximity: Proximity<D>,
     settings: CouplingSettings,
@@ -102,7 +102,7 @@ impl<const D: usize> Coupling<D> {
         settings: CouplingSettings,
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contact::new(lattice, friction, settings.contact, settings.gap_tolerance, bodies, &sources);
+        let contact = Contacts::new(lattice, friction, settings.contact, settings.gap_tolerance, bodies, &sources);
         let proximity = Proximity::new(&membranes);
         Self { membranes, contact, proximity, settings }
     }
@@ -197,7 +197,7 @@ struct SheetInContact<'a, const D: usize> {
     index: usize,
     /// Distance from the mid-surface to the faces, per element [m].
     offset: &'a [f64],
-    contact: &'a mut Contact<D>,
+    contact: &'a mut Contacts<D>,
     walls: &'a Walls<D>,
 }
 

@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_and_what_is_no_number() {
+    fn the_ends_of_a_map_and_nan_have_their_colours() {
         assert_eq!(ColourMap::Viridis.colour(0.0), [0x44, 0x01, 0x54]);
         assert_eq!(ColourMap::Viridis.colour(7.0), [0xfd, 0xe7, 0x25]);
         assert_eq!(ColourMap::Viridis.colour(f64::NAN), [0x99; 3]);

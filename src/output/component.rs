@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn magnitudes() {
+    fn magnitudes_of_scalars_vectors_and_tensors() {
         assert_eq!(Component::Magnitude.of(&[-2.0]), 2.0);
         assert_eq!(Component::Magnitude.of(&[3.0, 4.0, 12.0]), 13.0);
         assert_eq!(Component::Magnitude.of(&[0.0, 0.0, 0.0, 2.0, 0.0, 0.0]), 8.0_f64.sqrt());

@@ -1,4 +1,4 @@
-//! When a step ends and when outputs are due.
+//! The ends of steps, and the times at which outputs are due.
 //!
 //! Time is the sum of the steps, but it never drifts from the output times: those are integer multiples
 //! n·Δt_out, and equal steps land on them exactly. Everything here is a function of the

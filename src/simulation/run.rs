@@ -8,6 +8,7 @@
 //!
 //! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
 
+mod checkpoint;
 mod errors;
 mod impulse;
 mod recover;
@@ -17,12 +18,9 @@ mod summary;
 pub use summary::RunSummary;
 
 use self::impulse::Impulses;
-use self::state::LoopState;
 use super::clock::next_target;
 use super::progress::Pace;
-use super::{
-    CheckpointStore, Clock, Column, Event, MOST_COUNTED, Monitor, Observer, Progress, Schedule, Solver, Timer,
-};
+use super::{CheckpointStore, Clock, Event, Monitor, Observer, Progress, Schedule, Solver, Timer};
 use crate::error::{Diagnostic, Error, Result, StepError};
 use crate::timed;
 use std::path::PathBuf;
@@ -30,7 +28,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// When a run ends and how it gets there.
+/// The end of a run, its steps, and the interval of its checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
     /// Time at which the run ends [s].
@@ -164,50 +162,6 @@ impl Simulation {
     /// The solver, to look at.
     pub fn solver(&self) -> &dyn Solver {
         self.solver.as_ref()
-    }
-
-    /// Goes on from the newest good checkpoint; `false` if there is none to go on from.
-    ///
-    /// # Errors
-    /// Checkpoints that can't be used; input/output errors.
-    pub fn resume(&mut self) -> Result<bool> {
-        let Some(path) = self.restore()? else { return Ok(false) };
-        self.newest = Some(path);
-        for (_, monitor) in &mut self.monitors {
-            monitor.resume(self.clock.time)?;
-        }
-        Ok(true)
-    }
-
-    /// The state of the newest good checkpoint; returns which, or `None` if there is none.
-    fn restore(&mut self) -> Result<Option<PathBuf>> {
-        let Self { solver, clock, stored_at_start, impulses, monitors, .. } = self;
-        let Some(store) = &mut self.store else { return Ok(None) };
-        let restored = store.restore(&mut |visit| {
-            LoopState { clock, stored_at_start, impulses }.columns(solver.as_mut(), visit);
-            monitors.iter_mut().for_each(|(_, monitor)| monitor.columns(visit));
-        })?;
-        if let Some(path) = &restored {
-            if let Some(misfit) = self.misfit() {
-                let message = format!("holds no state of this case: {misfit}; take it away to go on from an older one");
-                return Err(Error::Checkpoint { path: path.clone(), message });
-            }
-            self.solver.restored();
-        }
-        Ok(restored)
-    }
-
-    /// An inconsistency of a state that was read, as a sentence.
-    fn misfit(&self) -> Option<String> {
-        let Clock { time, dt, step } = self.clock;
-        if step > MOST_COUNTED {
-            return Some(format!("it says that {step} steps were taken"));
-        }
-        let possible = |seconds: f64| seconds.is_finite() && seconds >= 0.0;
-        if !(possible(time) && possible(dt)) {
-            return Some(format!("its time is {time} s, its step {dt} s"));
-        }
-        self.solver.misfit()
     }
 
     /// Runs to the end.
@@ -400,21 +354,6 @@ impl Simulation {
         drop(snapshot);
         let progress = self.progress();
         self.tell(&Event::Sampled, &progress)
-    }
-
-    fn save(&mut self) -> Result<()> {
-        let Clock { step, time, .. } = self.clock;
-        let Self { solver, clock, stored_at_start, impulses, monitors, .. } = self;
-        let Some(store) = &mut self.store else { return Ok(()) };
-        let visitor = &mut |visit: &mut dyn FnMut(&str, Column<'_>)| {
-            LoopState { clock, stored_at_start, impulses }.columns(solver.as_mut(), visit);
-            monitors.iter_mut().for_each(|(_, monitor)| monitor.columns(visit));
-        };
-        let path = store.save(step, time, visitor)?;
-        self.saved = Instant::now();
-        self.newest = Some(path.clone());
-        let progress = self.progress();
-        self.tell(&Event::Checkpoint(&path), &progress)
     }
 
     fn tell(&mut self, event: &Event<'_>, progress: &Progress) -> Result<()> {

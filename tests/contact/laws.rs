@@ -64,7 +64,7 @@ fn a_pulled_block_sticks_or_slides() {
     }
 }
 
-/// When a contact force first acts, after steps of `dt` [s].
+/// The time at which a contact force first acts, after steps of `dt` [s].
 fn first_contact<const D: usize>(setup: Setup<D>, dt: f64) -> f64 {
     let mut world = World::new(setup);
     let acts = |_: &u32| {
@@ -79,7 +79,7 @@ fn first_contact<const D: usize>(setup: Setup<D>, dt: f64) -> f64 {
 #[test]
 fn contact_begins_when_the_faces_meet() {
     let dt = 0.01;
-    for kernel in [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic] {
+    for &kernel in KernelKind::ALL {
         for sheet_contact in PLACES {
             for (gap, half_thickness) in [(1.0, 0.0), (0.305, 0.0), (1.0, 0.05)] {
                 let block = block("block", [6.0, 5.0 + gap], [8, 6], 0.5, 1.0, Vector([0.0, -1.0]));

@@ -192,23 +192,40 @@ fn a_checkpoint_of_another_case_is_an_error() {
     assert!(error.to_string().contains("another case"), "{error}");
 }
 
+/// Replaces the byte that follows `before` in the header of a checkpoint, with a fitting checksum.
+fn replace_in_header(path: &Path, before: &str, byte: u8) {
+    let mut bytes = fs::read(path).unwrap();
+    let at = bytes.windows(before.len()).position(|window| window == before.as_bytes()).unwrap();
+    bytes[at + before.len()] = byte;
+    // Over the first line up to it, and the rest of the header.
+    let line = bytes.iter().position(|&byte| byte == b'\n').unwrap();
+    let length: usize = std::str::from_utf8(&bytes[27..37]).unwrap().parse().unwrap();
+    let crc = crc32fast::hash(&[&bytes[..line - 8], &bytes[line + 1..line + 1 + length]].concat());
+    bytes[line - 8..line].copy_from_slice(format!("{crc:08x}").as_bytes());
+    fs::write(path, bytes).unwrap();
+}
+
 #[test]
 fn a_checkpoint_of_another_version_is_an_error_that_names_it() {
     let dir = tempfile::tempdir().unwrap();
     let path = State::new(10, 1.0).save(&mut store(dir.path()), 1);
-    let bytes = fs::read(&path).unwrap();
-    let version = format!("program {}", env!("CARGO_PKG_VERSION"));
-    let at = bytes.windows(version.len()).position(|window| window == version.as_bytes()).unwrap();
-    let mut changed = bytes;
-    changed[at + 8] = b'9';
-    // A fitting checksum: over the first line up to it, and the rest of the header.
-    let line = changed.iter().position(|&byte| byte == b'\n').unwrap();
-    let length: usize = std::str::from_utf8(&changed[27..37]).unwrap().parse().unwrap();
-    let crc = crc32fast::hash(&[&changed[..line - 8], &changed[line + 1..line + 1 + length]].concat());
-    changed[line - 8..line].copy_from_slice(format!("{crc:08x}").as_bytes());
-    fs::write(&path, changed).unwrap();
-    let error = State::restore(&mut store(dir.path())).unwrap_err();
-    assert!(error.to_string().contains("written by lateen 9"), "{error}");
+    replace_in_header(&path, "program ", b'9');
+    let (error, version) = (State::restore(&mut store(dir.path())).unwrap_err().to_string(), env!("CARGO_PKG_VERSION"));
+    assert!(error.contains("written by lateen 9") && error.contains(&format!("this is lateen {version}")), "{error}");
+    assert!(error.contains("resume with the program that wrote it, or begin anew"), "{error}");
+}
+
+/// Builds of one version may write different formats: both are named, and the version that wrote it.
+#[test]
+fn a_checkpoint_of_another_format_is_an_error_that_names_both() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = State::new(10, 1.0).save(&mut store(dir.path()), 1);
+    replace_in_header(&path, "lateen checkpoint ", b'1');
+    let (error, version) = (State::restore(&mut store(dir.path())).unwrap_err().to_string(), env!("CARGO_PKG_VERSION"));
+    assert!(error.contains(&format!("written by lateen {version} in format 1;")), "{error}");
+    assert!(error.contains(&format!("this is lateen {version}, which reads format ")), "{error}");
+    assert!(error.contains("resume with the program that wrote it, or begin anew"), "{error}");
+    assert!(path.is_file(), "it is kept for the program that can read it");
 }
 
 #[test]
@@ -222,7 +239,7 @@ fn a_model_with_other_columns_is_an_error_that_names_one() {
             visit("water.energy", Column::new(&mut energy));
         })
         .unwrap_err();
-    assert!(error.to_string().contains("water.energy"), "{error}");
+    assert!(error.to_string().contains("water.energy") && error.to_string().contains("another build"), "{error}");
     assert_eq!((energy, state), (vec![0.0; 3], State::default()), "nothing was replaced");
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 type Layers = BTreeMap<String, BTreeSet<String>>;
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -26,7 +26,7 @@ fn table() -> Layers {
     layers
 }
 
-fn sources(path: &Path, files: &mut Vec<PathBuf>) {
+pub fn sources(path: &Path, files: &mut Vec<PathBuf>) {
     if path.is_dir() {
         for entry in fs::read_dir(path).unwrap() {
             sources(&entry.unwrap().path(), files);
@@ -37,7 +37,7 @@ fn sources(path: &Path, files: &mut Vec<PathBuf>) {
 }
 
 /// The source without comments and without the items behind `#[cfg(test)]`.
-fn without_tests(text: &str) -> String {
+pub fn without_tests(text: &str) -> String {
     let code = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
     let mut parts = code.split("#[cfg(test)]");
     let mut kept = parts.next().unwrap_or_default().to_owned();
@@ -80,7 +80,7 @@ fn imports(text: &str) -> BTreeSet<String> {
 }
 
 /// The elements of a list in braces, which has begun, each with all that it has in braces of its own.
-fn outermost(list: &str) -> Vec<&str> {
+pub fn outermost(list: &str) -> Vec<&str> {
     let (mut names, mut depth, mut start) = (Vec::new(), 0, 0);
     for (at, c) in list.char_indices() {
         match c {

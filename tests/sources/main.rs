@@ -3,3 +3,4 @@
 mod citations;
 mod guide;
 mod layering;
+mod rooms;

@@ -1,7 +1,7 @@
 //! Membranes with their supports, and at planes of symmetry.
 
 use crate::case::Case;
-use crate::case::parts::HourglassSpec;
+use crate::case::membrane::HourglassSpec;
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mpm::{MembraneSetup, Obstacle, Setup, WallKind};

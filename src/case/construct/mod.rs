@@ -12,7 +12,8 @@ mod traction;
 
 pub(super) use flow::{MeshSizes, PathResolution, shown};
 
-use super::schema::{GridSpec, Method};
+use super::mpm::GridSpec;
+use super::schema::Method;
 use super::summary::CaseSummary;
 use super::{Case, Side, Units, check, names};
 use crate::error::{Diagnostic, Error, Result, Severity};

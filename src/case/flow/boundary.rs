@@ -86,6 +86,13 @@ pub enum BoundaryWord {
     Pressure,
 }
 
+impl BoundaryWord {
+    /// True if the fluid may leave: such a part exerts no force on it.
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::Outlet | Self::Traction | Self::Pressure)
+    }
+}
+
 /// The place where the pressure of a closed box is prescribed.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]

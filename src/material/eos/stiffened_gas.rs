@@ -61,7 +61,7 @@ mod tests {
 
     /// On an isentrope from rest (p + p∞) V^γ is constant.
     #[test]
-    fn isentrope() {
+    fn an_isentrope_is_a_power_law() {
         let law = fluid(1000.0, WATER);
         let mut sample = TestParticle::new(&law, StartState::default());
         for _ in 0..400 {

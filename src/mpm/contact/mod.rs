@@ -69,7 +69,7 @@ pub struct ContactPass {
 
 /// All contacts of a simulation.
 #[derive(Debug)]
-pub struct Contact<const D: usize> {
+pub struct Contacts<const D: usize> {
     stencil: FoldedStencil<D>,
     /// Gap below which contact acts [m].
     tolerance: f64,
@@ -91,7 +91,7 @@ pub struct Contact<const D: usize> {
     counts: ContactCounts,
 }
 
-impl<const D: usize> Contact<D> {
+impl<const D: usize> Contacts<D> {
     /// Contact between `bodies` and `sheets` at `place`; `tolerance` [m] is the gap below which it acts.
     pub fn new(
         stencil: FoldedStencil<D>,

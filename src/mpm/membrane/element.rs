@@ -13,6 +13,7 @@
 //! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents
 //! in the material axes; no frame is needed.
 
+use super::frame::{BisectingFrame, contract, to_contravariant, to_material};
 use super::hourglass::{Hourglass, HourglassForce, HourglassInput};
 use super::lanes::{ElementLanes, LANES, LaneVector};
 use super::shape::{ElementShape, Metric, Modes};
@@ -271,55 +272,6 @@ fn strain_increment(MovingTangents { now, rate }: &MovingTangents, dt: f64) -> (
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
 }
 
-/// The orthonormal frame that bisects the normalised tangents, Lian (34–39), by its components on the metric
-/// (theory C.2).
-///
-/// With the angle φ between the tangents, g₁ = |g₁| (C, S) and g₂ = |g₂| (S, C), where 2 C² = 1 + sin φ,
-/// 2 S² = 1 − sin φ, 2 C S = cos φ.
-struct BisectingFrame {
-    cc: ElementLanes,
-    ss: ElementLanes,
-    cs: ElementLanes,
-    /// 1/(|g₁| sin φ)², 1/(|g₂| sin φ)² and their geometric mean.
-    scale: [ElementLanes; 3],
-}
-
-impl BisectingFrame {
-    #[inline(always)]
-    fn new(m: &Metric) -> Self {
-        let lengths = (m.a * m.b).sqrt();
-        let half = ElementLanes::splat(0.5) / lengths;
-        let (sin, cos) = (m.det.sqrt() * half, m.c * half);
-        let inverse = ElementLanes::splat(1.0) / m.det;
-        Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
-    }
-
-    /// Covariant components to the frame, Lian (41).
-    #[inline(always)]
-    fn local(&self, [e11, e22, e12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
-        let (e11, e22, e12) = (e11 * self.scale[0], e22 * self.scale[1], e12 * self.scale[2]);
-        let cross = self.cs * e12 * 2.0;
-        [self.cc * e11 + self.ss * e22 - cross, self.ss * e11 + self.cc * e22 - cross, e12 - self.cs * (e11 + e22)]
-    }
-
-    /// From the frame to contravariant components.
-    #[inline(always)]
-    fn contravariant(&self, [s11, s22, s12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
-        let cross = self.cs * s12 * 2.0;
-        [
-            (self.cc * s11 + self.ss * s22 - cross) * self.scale[0],
-            (self.ss * s11 + self.cc * s22 - cross) * self.scale[1],
-            (s12 - self.cs * (s11 + s22)) * self.scale[2],
-        ]
-    }
-}
-
-/// s : d with d12 counted twice.
-#[inline(always)]
-fn contract(s: [ElementLanes; 3], d: [ElementLanes; 3]) -> ElementLanes {
-    s[0] * d[0] + s[1] * d[1] + s[2] * d[2] * 2.0
-}
-
 #[inline(always)]
 fn rate_form<S: ElementShape<N>, const N: usize>(
     motion: &MovingTangents,
@@ -386,26 +338,6 @@ fn total_form(
         damping,
         frequency2: ElementLanes(reference.bound) * stiffness * (1.0 / parameters.density),
     }
-}
-
-/// Mᵀ g M: covariant components to the material axes.
-#[inline(always)]
-fn to_material([m11, m12, m21, m22]: [ElementLanes; 4], [a, b, c]: [ElementLanes; 3]) -> [ElementLanes; 3] {
-    [
-        m11 * m11 * a + m21 * m21 * b + m11 * m21 * c * 2.0,
-        m12 * m12 * a + m22 * m22 * b + m12 * m22 * c * 2.0,
-        m11 * m12 * a + m21 * m22 * b + (m11 * m22 + m12 * m21) * c,
-    ]
-}
-
-/// M S Mᵀ: material axes to contravariant components.
-#[inline(always)]
-fn to_contravariant([m11, m12, m21, m22]: [ElementLanes; 4], [s11, s22, s12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
-    [
-        m11 * m11 * s11 + m12 * m12 * s22 + m11 * m12 * s12 * 2.0,
-        m21 * m21 * s11 + m22 * m22 * s22 + m21 * m22 * s12 * 2.0,
-        m11 * m21 * s11 + m12 * m22 * s22 + (m11 * m22 + m12 * m21) * s12,
-    ]
 }
 
 /// Bound of the element's greatest frequency (48; theory (C.33)): ω² = c² n μ, where

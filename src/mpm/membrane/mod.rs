@@ -19,6 +19,7 @@ mod build;
 mod connectivity;
 mod element;
 mod enclosed;
+mod frame;
 mod hourglass;
 mod lanes;
 mod ledger;

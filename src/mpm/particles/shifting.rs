@@ -25,18 +25,21 @@
 //! The room ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed
 //! takes up less space, as it should, and its volumes follow its energy (`volumes`).
 
+mod rooms;
+
 use crate::math::{Tensor, Vector};
-use crate::mpm::contact::Contact;
+use crate::mpm::contact::Contacts;
 use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::coupling::Coupling;
-use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
-use crate::mpm::grid::{Fold, GhostShares, Ghosts};
+use crate::mpm::grid::kernel::Kernel;
+use crate::mpm::grid::{GhostShares, Ghosts};
 use crate::mpm::transfer::{
     Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
 };
 use crate::mpm::wall::{Bodies, Walls};
 use crate::mpm::{Body, Grid, Node, Step, VelocityField};
 use crate::parallel::{self, CHUNK};
+use rooms::{room, rooms, share_beside};
 
 /// Steps between two corrections.
 const EVERY: u64 = 10;
@@ -58,12 +61,6 @@ const MARGIN: f64 = 0.25;
 /// Nodes with less room than this, as a share of that of a free node, say nothing about an excess.
 const LEAST_ROOM: f64 = 0.3;
 
-/// Rows of nodes next to a wall that lack a part of their support.
-const ROWS: usize = 3;
-
-/// ∫N_I dx / hᴰ of the rows of nodes next to the ends of each axis.
-type Rooms<const D: usize> = [[[f64; ROWS]; 2]; D];
-
 /// The grid, and what surrounds the bodies on it.
 #[derive(Clone, Copy)]
 pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
@@ -84,7 +81,7 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     dt: f64,
     around: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
-    contact: &mut Contact<D>,
+    contact: &mut Contacts<D>,
 ) -> Vec<f64> {
     bodies.iter_mut().for_each(|body| body.work.shift.clear());
     if !steps.is_multiple_of(EVERY) {
@@ -107,7 +104,7 @@ fn find_excess<const D: usize>(
     field: usize,
     kernel: Kernel,
     bodies: &mut [Body<D>],
-    contact: &mut Contact<D>,
+    contact: &mut Contacts<D>,
 ) -> Vec<[f64; 1]> {
     let Surroundings { grid, ghosts, executor, .. } = around;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
@@ -150,7 +147,7 @@ fn free_rooms<const D: usize>(
     kernel: Kernel,
     reached: &(impl Fn(usize) -> bool + Sync),
     bodies: &[Body<D>],
-    contact: &mut Contact<D>,
+    contact: &mut Contacts<D>,
 ) -> Vec<f64> {
     let rows = rooms(grid, kernel);
     let free = |node| {
@@ -324,17 +321,6 @@ fn is_liquid<const D: usize>(body: &Body<D>) -> bool {
     !body.law.keeps_shape() && !body.law.is_ideal_gas() && !body.particles.is_empty()
 }
 
-/// The share of a quadratic spline's integral in front of a plane at the distance `x` [cells] behind its node.
-fn share_beside(x: f64) -> f64 {
-    match x {
-        x if x <= -1.5 => 0.0,
-        x if x < -0.5 => (x + 1.5).powi(3) / 6.0,
-        x if x <= 0.5 => 0.5 + 0.75 * x - x.powi(3) / 3.0,
-        x if x < 1.5 => 1.0 - (1.5 - x).powi(3) / 6.0,
-        _ => 1.0,
-    }
-}
-
 /// The length of the longest [m].
 fn largest<'a, const D: usize>(shifts: impl Iterator<Item = &'a Vector<D>>) -> f64 {
     shifts.map(|by| by.norm_squared()).fold(0.0, f64::max).sqrt()
@@ -374,77 +360,9 @@ fn rate_of_strain<const D: usize>(gradient: &Tensor<D>) -> f64 {
     (0..D * D).map(|n| entry(n).powi(2)).sum::<f64>().sqrt()
 }
 
-fn room<const D: usize>(grid: &Grid<D>, rooms: &Rooms<D>, node: usize) -> f64 {
-    let ijk = grid.coordinates(node);
-    let along = |a: usize| {
-        let ends = [ijk[a], grid.cells[a] - ijk[a]];
-        let of_end = |end: usize| usize::try_from(ends[end]).ok().and_then(|row| rooms[a][end].get(row)).copied();
-        of_end(0).unwrap_or(1.0) * of_end(1).unwrap_or(1.0)
-    };
-    (0..D).map(along).product()
-}
-
-/// Points per cell that integrate the shape functions.
-const POINTS: usize = 64;
-
-fn rooms<const D: usize>(grid: &Grid<D>, kernel: Kernel) -> Rooms<D> {
-    grid.folds.map(|folds| folds.map(|fold| with_shape!(kernel, shape => integrate(shape, fold))))
-}
-
-fn integrate<const S: usize>(shape: impl ShapeFunction<S>, fold: Fold) -> [f64; ROWS] {
-    let mut rooms = [0.0; ROWS];
-    let mut add = |row: i32, weight: f64| {
-        if let Some(room) = usize::try_from(row).ok().and_then(|row| rooms.get_mut(row)) {
-            *room += weight / POINTS as f64;
-        }
-    };
-    for point in 0..POINTS * (ROWS + 2) {
-        let at = shape.at((point as f64 + 0.5) / POINTS as f64);
-        for (i, weight) in at.weight.into_iter().enumerate() {
-            match (at.first + i as i32, fold) {
-                (row, Fold::Mirror) if row < 0 => add(-row, weight),
-                (row, Fold::Extrapolate) if row < 0 => {
-                    add(0, f64::from(1 - row) * weight);
-                    add(1, f64::from(row) * weight);
-                }
-                (row, _) => add(row, weight),
-            }
-        }
-    }
-    rooms
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mpm::grid::kernel::Quadratic;
-
-    /// Of the integral of a quadratic spline on a wall a half lies inside; what its neighbour beyond the wall has
-    /// inside, a forty-eighth, is folded: onto the first row inside by a mirror, linearly onto the first two rows else.
-    #[test]
-    fn rooms_at_walls() {
-        let near = |rooms: [f64; ROWS], exact: [f64; ROWS]| {
-            rooms.iter().zip(exact).for_each(|(room, exact)| assert!((room - exact).abs() < 1e-4, "{rooms:?}"));
-        };
-        let (half, ghost) = (0.5, 1.0 / 48.0);
-        near(integrate(Quadratic, Fold::Mirror), [half, 1.0, 1.0]);
-        near(integrate(Quadratic, Fold::Extrapolate), [half + 2.0 * ghost, 1.0 - 2.0 * ghost, 1.0]);
-    }
-
-    /// The integral of the spline up to a plane, summed point by point.
-    #[test]
-    fn rooms_beside_planes() {
-        for distance in [-2.0, -1.2, -0.5, 0.0, 0.3, 0.5, 1.1, 2.0] {
-            let points = (0..40_000).map(|k| -2.0 + (f64::from(k) + 0.5) * 1e-4).filter(|x| *x < distance);
-            let spline = |x: f64| match x.abs() {
-                x if x < 0.5 => 0.75 - x * x,
-                x if x < 1.5 => 0.5 * (1.5 - x).powi(2),
-                _ => 0.0,
-            };
-            let exact: f64 = points.map(|x| spline(x) * 1e-4).sum();
-            assert!((share_beside(distance) - exact).abs() < 1e-4, "{distance}");
-        }
-    }
 
     #[test]
     fn rigid_rotation_is_no_strain() {

@@ -24,7 +24,7 @@
 
 use super::shifting::Surroundings;
 use crate::math::{SymTensor, Vector};
-use crate::mpm::contact::Contact;
+use crate::mpm::contact::Contacts;
 use crate::mpm::contact::FoldedStencil;
 use crate::mpm::grid::GhostShares;
 use crate::mpm::transfer::{ScatterContent, Scattering, Targets};
@@ -50,7 +50,7 @@ pub(in crate::mpm) fn correct<const D: usize>(
     steps: u64,
     Surroundings { grid, ghosts, walls, executor }: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
-    contact: &Contact<D>,
+    contact: &Contacts<D>,
 ) {
     if !steps.is_multiple_of(EVERY) {
         return;
@@ -171,7 +171,7 @@ mod tests {
 
     /// Without an atmosphere the energy stays, and the pressure comes nearer by a power of β.
     #[test]
-    fn volumes_are_led_and_energies_stay() {
+    fn volumes_follow_the_pressure_at_constant_energy() {
         let mut gas = particle(1.5);
         let energy = gas.energy[0];
         lead_particle(&mut gas, 0, 1.0, 0.0);
@@ -195,7 +195,7 @@ mod tests {
 
     /// At the pressure of the atmosphere nothing is led; a particle that hardly has energy keeps half of it.
     #[test]
-    fn the_ends_of_the_range() {
+    fn nothing_changes_at_the_pressure_of_the_atmosphere_and_thin_gas_keeps_half_its_energy() {
         let mut gas = particle(1.1);
         lead_particle(&mut gas, 0, 1.0, 1.0);
         assert!(gas.volume[0] == 2.0 && gas.pressure[0] == 1.1);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::str::SplitWhitespace;
 
 /// Bytes of the first line, which says how long the header is.
-pub(super) const FIRST_LINE: usize = "lateen checkpoint 2 header 0000000000 crc 00000000\n".len();
+pub(super) const FIRST_LINE: usize = "lateen checkpoint 3 header 0000000000 crc 00000000\n".len();
 /// A compressed block is never longer than this.
 const LONGEST_BLOCK: usize = BLOCK + BLOCK / 128 + 512;
 
@@ -67,6 +67,11 @@ impl Header {
             }
         }
         format!("{}{text}", first_line(FORMAT, &text))
+    }
+
+    /// The version of the program that wrote a header of any format.
+    pub fn program(text: &str) -> Option<&str> {
+        text.lines().next()?.strip_prefix("program ").map(str::trim)
     }
 
     /// Reads the header's text after the first line.

@@ -4,7 +4,7 @@
 //! blocks, then holds the columns, each from a multiple of 64 bytes on, as zstd blocks of at most 1 MiB:
 //!
 //! ```text
-//! lateen checkpoint 2 header 0000001234 crc 89abcdef
+//! lateen checkpoint 3 header 0000001234 crc 89abcdef
 //! program 0.1.0
 //! case "5be0cd19137e2179"
 //! step 1200
@@ -28,8 +28,11 @@ use read::{Reader, Trouble};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Version of the file format and of the columns of the methods.
+/// Version of the file format and of the columns of the methods. Columns with other names, kinds or sizes are recognised; one that means
+/// something else than before needs another number.
 const FORMAT: u32 = 3;
+/// Version of the program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Bytes per block before compression.
 const BLOCK: usize = 1 << 20;
 /// Columns start at multiples of this many bytes.
@@ -96,7 +99,7 @@ impl CheckpointStore for Checkpoints {
     fn save(&mut self, step: u64, time: f64, columns: &mut Columns<'_>) -> Result<PathBuf> {
         atomic::create_directory(&self.directory)?;
         let path = self.directory.join(format!("step-{step:012}.{EXTENSION}"));
-        let origin = Origin { program: env!("CARGO_PKG_VERSION").to_owned(), case: self.case.clone(), step, time };
+        let origin = Origin { program: VERSION.to_owned(), case: self.case.clone(), step, time };
         atomic::write_synced(&path, |out| write::write(out, origin, columns))?;
         for old in self.files()?.into_iter().skip(GENERATIONS) {
             fs::remove_file(&old).map_err(|error| Error::io(&old, error))?;

@@ -1,7 +1,7 @@
 //! Reading: nothing is believed before its checksum fits, nothing is allocated before it fits the file.
 
-use super::FORMAT;
 use super::header::{BlockEntry, ColumnEntry, FIRST_LINE, FirstLine, Header};
+use super::{FORMAT, VERSION};
 use crate::input;
 use crate::memory;
 use crate::simulation::{Column, Columns, OF_OUTPUT, Size};
@@ -25,6 +25,16 @@ pub(super) enum Trouble {
     /// Whole, but of another case, version or model.
     #[error("{0}")]
     Foreign(String),
+}
+
+impl Trouble {
+    /// A checkpoint of another version or format than this program reads.
+    fn of_another_program(program: &str, format: u32) -> Self {
+        Self::Foreign(format!(
+            "was written by lateen {program} in format {format}; this is lateen {VERSION}, which reads format {FORMAT}: resume with the \
+             program that wrote it, or begin anew"
+        ))
+    }
 }
 
 /// A checkpoint whose header is whole.
@@ -65,13 +75,13 @@ impl<R: Read + Seek> Reader<R> {
         if !first.covers(&text) {
             return Err(Trouble::Damaged("the header's checksum does not fit".into()));
         }
-        if first.format != FORMAT {
-            return Err(Trouble::Foreign(format!(
-                "has format {}, this program reads format {FORMAT}; resume with the program that wrote it",
-                first.format
-            )));
-        }
         let text = String::from_utf8(text).map_err(|error| Trouble::Damaged(error.to_string()))?;
+        if first.format != FORMAT {
+            return Err(Trouble::of_another_program(
+                Header::program(&text).unwrap_or("of an unknown version"),
+                first.format,
+            ));
+        }
         let header = Header::parse(&text).map_err(damaged)?;
         header.check_layout(header_bytes, file_bytes).map_err(damaged)?;
         Ok(Self { file, header, header_bytes })
@@ -80,12 +90,8 @@ impl<R: Read + Seek> Reader<R> {
     /// Checks that this program wrote it for this case.
     pub fn check_origin(&self, case: &str) -> Result<(), Trouble> {
         let origin = &self.header.origin;
-        let version = env!("CARGO_PKG_VERSION");
-        if origin.program != version {
-            let wrote = &origin.program;
-            return Err(Trouble::Foreign(format!(
-                "was written by lateen {wrote}, this is {version}; resume with that version, or run anew"
-            )));
+        if origin.program != VERSION {
+            return Err(Trouble::of_another_program(&origin.program, FORMAT));
         }
         if origin.case != case {
             return Err(Trouble::Foreign(
@@ -117,6 +123,12 @@ impl<R: Read + Seek> Reader<R> {
         let foreign = entries.keys().find(|name| !name.starts_with(OF_OUTPUT));
         let misfit =
             misfit.or_else(|| foreign.map(|name| format!("has a column `{name}`, which this model does not have")));
+        let misfit = misfit.map(|why| {
+            format!(
+                "{why}: it is of another build of lateen {VERSION} that writes format {FORMAT}, too; resume with the program that wrote it, \
+                 or begin anew"
+            )
+        });
         let bytes: u64 = self.header.columns.iter().map(|entry| entry.bytes).sum();
         let misfit = misfit.or_else(|| memory::refusal(bytes as f64).map(|refusal| format!("would take {refusal}")));
         misfit.map_or(Ok(()), |why| Err(Trouble::Foreign(why)))
@@ -217,7 +229,7 @@ mod tests {
 
     fn checkpoint(values: &mut Vec<f64>, id: &mut Vec<u32>) -> Vec<u8> {
         let mut file = Cursor::new(vec![]);
-        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let origin = Origin { program: VERSION.into(), case: "case".into(), step: 1, time: 0.5 };
         let mut columns = |visit: &mut dyn FnMut(&str, Column<'_>)| {
             visit("water.position", Column::new(values));
             visit("water.id", Column::new(id));
@@ -261,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_header_that_promises_more_than_the_file_holds_allocates_nothing() {
-        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let origin = Origin { program: VERSION.into(), case: "case".into(), step: 1, time: 0.5 };
         let mut column = ColumnEntry::reserve("a", "f64", 1, 8);
         column.bytes = 1 << 60;
         column.blocks = vec![BlockEntry { at: 256, stored: 99_999_999, raw: 99_999_999, crc: 0 }; 50];
@@ -276,7 +288,7 @@ mod tests {
         let count = (2.0 * free / BLOCK as f64) as usize;
         let stored = zstd::bulk::compress(&vec![0; BLOCK], 1).unwrap();
         let block = BlockEntry { at: 0, stored: stored.len(), raw: BLOCK, crc: crc32fast::hash(&stored) };
-        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let origin = Origin { program: VERSION.into(), case: "case".into(), step: 1, time: 0.5 };
         let mut column = ColumnEntry::reserve("water.position", "f64", 1, 0);
         (column.bytes, column.blocks) = ((count * BLOCK) as u64, vec![block; count]);
         let mut header = Header { origin, columns: vec![column] };

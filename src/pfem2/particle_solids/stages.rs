@@ -1,7 +1,7 @@
 //! The stages of a step that solids on particles have beside those of fluids (theory K.3).
 
 use super::columns;
-use super::stress::{self, SolvedStep};
+use super::stress::{self, SolvedFlow};
 use crate::error::{Place, StepError};
 use crate::math::{Tensor, Vector};
 use crate::parallel;
@@ -41,7 +41,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.check_solids(step)?;
         let Some(solids) = &self.system.particle_solids else { return Ok(()) };
         let (mesh, columns) = (&self.system.mesh, &mut self.particles.columns);
-        let solved = SolvedStep { dt: step.dt, velocity: &self.system.velocity, pressure: &self.system.pressure };
+        let solved = SolvedFlow { dt: step.dt, velocity: &self.system.velocity, pressure: &self.system.pressure };
         solids.update(columns, mesh, &solved);
         let mut gained = averaged.increments(&self.system.velocity, self.interface.list.count());
         let flies = self.particles.rules.is_projectile.iter().zip(&mut gained).filter(|(flies, _)| **flies);

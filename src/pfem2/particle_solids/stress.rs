@@ -38,7 +38,7 @@ pub fn deviatoric_rate<const D: usize>(gradient: &Tensor<D>) -> SymTensor {
 
 /// Velocity and pressure at the end of a step, and the pressure that was projected at its start.
 #[derive(Debug, Clone, Copy)]
-pub struct SolvedStep<'a, const D: usize> {
+pub struct SolvedFlow<'a, const D: usize> {
     /// The step Δt [s].
     pub dt: f64,
     /// vⁿ⁺¹ at the nodes [m/s].
@@ -63,7 +63,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     }
 
     /// Gives the particles the increments of stress and pressure of a step.
-    pub fn update(&self, particles: &mut Particles<D>, mesh: &Mesh<D, N>, solved: &SolvedStep<'_, D>) {
+    pub fn update(&self, particles: &mut Particles<D>, mesh: &Mesh<D, N>, solved: &SolvedFlow<'_, D>) {
         particles.change_column(STRESS, |stress, particles| {
             let stress: &mut [SymTensor] = bytemuck::cast_slice_mut(stress);
             parallel::change(stress, parallel::CHUNK, |p, stress| {
@@ -111,7 +111,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         old: f64,
         particles: &Particles<D>,
         mesh: &Mesh<D, N>,
-        solved: &SolvedStep<'_, D>,
+        solved: &SolvedFlow<'_, D>,
     ) -> f64 {
         let e = particles.element[p] as usize;
         let nodes = mesh.elements()[e].map(|node| node as usize);

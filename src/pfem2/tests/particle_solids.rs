@@ -11,7 +11,7 @@ use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::element::SplitPressure;
 use crate::pfem2::particle_solids::setup::{HeldMeshNodes, ParticleSolidSetup, RateLaw};
 use crate::pfem2::particle_solids::solids::GhostPressures;
-use crate::pfem2::particle_solids::stress::{SolvedStep, deviatoric_rate, gradient};
+use crate::pfem2::particle_solids::stress::{SolvedFlow, deviatoric_rate, gradient};
 use crate::pfem2::particle_solids::sums::ElementSums;
 use crate::pfem2::solid::setup::Plane;
 use crate::simulation::Solver;
@@ -393,7 +393,7 @@ fn deflection_with_projection(n: usize, steps: usize) -> f64 {
         still.system.particle_solids = Some(solids);
         still.system.solve(TimeStep { t: 0.0, dt: 1.0, theta: 1.0 }, &phases, &zero).unwrap();
         let VelocityPressureSystem { mesh, velocity, pressure, particle_solids, .. } = &still.system;
-        let solved = SolvedStep { dt: 1.0, velocity, pressure };
+        let solved = SolvedFlow { dt: 1.0, velocity, pressure };
         particle_solids.as_ref().unwrap().update(&mut particles, mesh, &solved);
         moved -= at(mesh, tip, velocity)[1];
     }

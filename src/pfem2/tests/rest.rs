@@ -131,7 +131,7 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
     assert!(speed < 1e-10, "{speed:e}");
 }
 
-/// 0.98 g Δt, measured with a lumped mass (theory G.9): what the enrichment is for.
+/// Without it they fall nearly freely, by g Δt in a step: what the enrichment is for (theory G.9).
 #[test]
 fn two_fluids_at_rest_fall_without_enrichment() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap();

@@ -1,4 +1,4 @@
-//! What holds solids: supports, springs, prescribed motion, bonds.
+//! Holds of solids: supports, springs, prescribed motion, bonds.
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;

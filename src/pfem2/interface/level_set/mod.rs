@@ -45,7 +45,7 @@ use crate::parallel;
 use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
-use crate::pfem2::particles::project::moments::{MomentTable, Moments};
+use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one only, what
 /// the farther ones lose of a curve came back through slopes, and capillary waves grew.
@@ -170,7 +170,7 @@ impl LevelSet {
             if !near[e] || own.is_empty() {
                 return;
             }
-            let mut moments = Moments::new(0);
+            let mut moments = GroupMoments::new(0);
             for p in own.clone() {
                 let phi = self.sign(particles.phase[p]) * particles.depth[p].min(self.band);
                 moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));

@@ -1,4 +1,4 @@
-//! When does a polynomial become negative?
+//! The first time at which a polynomial becomes negative.
 
 /// Terms of a Taylor polynomial: Σ a_m t^m, m < `TERMS`.
 pub(super) const TERMS: usize = 5;

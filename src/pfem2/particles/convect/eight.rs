@@ -123,7 +123,7 @@ struct Pack<const N: usize> {
 }
 
 /// Result of the visit of one element in each lane.
-struct Visit<const N: usize> {
+struct ElementVisit<const N: usize> {
     /// Shape functions at the end of the visit.
     shape: [Row; N],
     /// Time that it took [s].
@@ -171,7 +171,7 @@ impl<T: Travellers<N>, const D: usize, const N: usize> Journey<'_, T, D, N> {
 
     /// From one element to the next.
     #[inline(always)]
-    fn go_on(&mut self, pack: &mut Pack<N>, visit: &Visit<N>, lane: usize) {
+    fn go_on(&mut self, pack: &mut Pack<N>, visit: &ElementVisit<N>, lane: usize) {
         let element = pack.element[lane];
         let (rest, exit) = (pack.rest.0[lane] - visit.time.0[lane], visit.exit.0[lane]);
         let mut place = MeshPoint { element, shape: visit.shape.map(|row| row.0[lane].max(0.0)) };
@@ -214,7 +214,7 @@ impl<const N: usize> Pack<N> {
 
 /// Follows the particles of all lanes to the end of their time, the reach of their polynomials or their exits.
 #[inline(always)]
-fn visit<L: Lanes, const D: usize, const N: usize>(rates: &Rates, pack: &Pack<N>, sign: f64) -> Visit<N> {
+fn visit<L: Lanes, const D: usize, const N: usize>(rates: &Rates, pack: &Pack<N>, sign: f64) -> ElementVisit<N> {
     let numbers = rates.of::<L, D>(&pack.element);
     let terms = taylor::<L, D, N>(&numbers, &pack.shape, sign);
     let reach = numbers[(D * D + D) / WIDTH][(D * D + D) % WIDTH];
@@ -234,7 +234,7 @@ fn visit<L: Lanes, const D: usize, const N: usize>(rates: &Rates, pack: &Pack<N>
     }
     let root = newton(&polynomial, newton(&polynomial, first));
     let time = exit.if_at_most(L::splat(INSIDE), end, root);
-    let mut found = Visit { shape: [Row::default(); N], time: Row::default(), exit: Row::default() };
+    let mut found = ElementVisit { shape: [Row::default(); N], time: Row::default(), exit: Row::default() };
     let mut lowest = zero;
     for k in 0..N {
         let own = value(&[terms[0][k], terms[1][k], terms[2][k], terms[3][k], terms[4][k]], time);

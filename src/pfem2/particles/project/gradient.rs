@@ -22,7 +22,7 @@
 //! none with ε = 0.1. An interface that is nearly a plane keeps its exactness: one node of each element that it cuts
 //! has the fluid all around it on its own side.
 
-use super::moments::{MomentTable, Moments};
+use super::moments::{GroupMoments, MomentTable};
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -101,7 +101,7 @@ struct Patch<const K: usize, const D: usize> {
 
 impl<const K: usize, const D: usize> Patch<K, D> {
     #[inline(always)]
-    fn add<const N: usize>(&mut self, entry: &Moments<K, N>, corners: [Vector<D>; N]) {
+    fn add<const N: usize>(&mut self, entry: &GroupMoments<K, N>, corners: [Vector<D>; N]) {
         let w = entry.weight;
         for k in 0..N {
             let share = entry.sum(k);
@@ -197,7 +197,7 @@ fn mean<'a, const K: usize, const D: usize>(
 }
 
 fn correct<const K: usize, const D: usize, const N: usize>(
-    entry: &mut Moments<K, N>,
+    entry: &mut GroupMoments<K, N>,
     gradient: &Gradient<K, D>,
     corners: [Vector<D>; N],
 ) {

@@ -21,7 +21,7 @@ use super::Particles;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use moments::{MomentTable, Moments};
+use moments::{GroupMoments, MomentTable};
 
 /// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
 const LEAST: f64 = 1e-5;
@@ -159,7 +159,7 @@ fn table<const D: usize, const N: usize>(
         let runs = particles.phase[own.clone()].chunk_by(|a, b| a == b);
         let mut p = own.start;
         for run in runs {
-            let mut moments = Moments::new(run[0]);
+            let mut moments = GroupMoments::new(run[0]);
             for _ in run {
                 moments.add(&mesh.shape_functions(e, particles.position[p]), particles.velocity[p]);
                 p += 1;

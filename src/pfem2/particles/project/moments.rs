@@ -16,7 +16,7 @@ const BLOCK: usize = 512;
 
 /// Moments of the particles of one group in one element.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::pfem2) struct Moments<const K: usize, const N: usize> {
+pub(in crate::pfem2) struct GroupMoments<const K: usize, const N: usize> {
     /// The group, here the fluid.
     pub group: u8,
     /// Weight of one particle: its volume V_e/n_e [m³], or one.
@@ -27,7 +27,7 @@ pub(in crate::pfem2) struct Moments<const K: usize, const N: usize> {
     pub values: [Vector<K>; N],
 }
 
-impl<const K: usize, const N: usize> Moments<K, N> {
+impl<const K: usize, const N: usize> GroupMoments<K, N> {
     /// No particles.
     #[inline(always)]
     pub fn new(group: u8) -> Self {
@@ -79,7 +79,7 @@ pub(in crate::pfem2) struct MomentTable<const K: usize, const N: usize> {
 struct MomentBlock<const K: usize, const N: usize> {
     /// Entries of the block's e-th element are `entries[start[e]..start[e + 1]]`.
     start: Vec<u32>,
-    entries: Vec<Moments<K, N>>,
+    entries: Vec<GroupMoments<K, N>>,
 }
 
 impl<const K: usize, const N: usize> MomentTable<K, N> {
@@ -91,7 +91,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
             for e in range {
                 entries.own = entries.all.len();
                 fill(e, &mut entries);
-                entries.all[entries.own..].iter_mut().for_each(Moments::mirror);
+                entries.all[entries.own..].iter_mut().for_each(GroupMoments::mirror);
                 start.push(entries.all.len() as u32);
             }
             MomentBlock { start, entries: entries.all }
@@ -101,7 +101,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
 
     /// The entries of an element.
     #[inline(always)]
-    pub fn of(&self, element: usize) -> &[Moments<K, N>] {
+    pub fn of(&self, element: usize) -> &[GroupMoments<K, N>] {
         let (block, e) = (&self.blocks[element / BLOCK], element % BLOCK);
         &block.entries[block.start[e] as usize..block.start[e + 1] as usize]
     }
@@ -120,7 +120,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
     }
 
     /// Changes every entry, given its element.
-    pub fn for_each(&mut self, change: impl Fn(usize, &mut Moments<K, N>) + Sync) {
+    pub fn for_each(&mut self, change: impl Fn(usize, &mut GroupMoments<K, N>) + Sync) {
         parallel::change(&mut self.blocks, 1, |b, block| {
             for (e, bounds) in block.start.windows(2).enumerate() {
                 for entry in &mut block.entries[bounds[0] as usize..bounds[1] as usize] {
@@ -133,13 +133,13 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
 
 /// The entries of the element that is being added up.
 pub(in crate::pfem2) struct Entries<const K: usize, const N: usize> {
-    all: Vec<Moments<K, N>>,
+    all: Vec<GroupMoments<K, N>>,
     own: usize,
 }
 
 impl<const K: usize, const N: usize> Entries<K, N> {
     /// Adds what was summed of one group.
-    pub fn put(&mut self, moments: &Moments<K, N>) {
+    pub fn put(&mut self, moments: &GroupMoments<K, N>) {
         match self.all[self.own..].iter_mut().find(|entry| entry.group == moments.group) {
             Some(entry) => entry.merge(moments),
             None => self.all.push(*moments),

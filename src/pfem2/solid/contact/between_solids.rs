@@ -51,7 +51,7 @@ struct NearPlace<'a, const D: usize> {
 /// Contact among the solids of a run.
 #[derive(Debug)]
 pub struct SolidContacts<const D: usize> {
-    nodes: Vec<ContactNode>,
+    nodes: Vec<MeetingNode>,
     bodies: Vec<ContactBody>,
     /// Gap of pairs that start nearer than others keep, the smaller number first [m].
     starts: BTreeMap<[usize; 2], f64>,
@@ -66,7 +66,7 @@ pub struct SolidContacts<const D: usize> {
 
 /// A node on the surface of a solid.
 #[derive(Debug, Clone, Copy)]
-struct ContactNode {
+struct MeetingNode {
     node: u32,
     solid: usize,
     /// A_a [m²].
@@ -123,7 +123,7 @@ impl<const D: usize> SolidContacts<D> {
             let law = |size: f64| ContactLaw::new(structure, setup, mass, size);
             let size = areas.iter().fold(0.0, |most: f64, own| most.max(own.size));
             bodies.push(ContactBody { size, law: law(size), friction: setup.friction });
-            nodes.extend(areas.into_iter().map(|NodeArea { node, area, size }| ContactNode {
+            nodes.extend(areas.into_iter().map(|NodeArea { node, area, size }| MeetingNode {
                 node: first + node,
                 solid,
                 area,
@@ -142,7 +142,7 @@ impl<const D: usize> SolidContacts<D> {
     /// The least distance of pairs that start within the largest gap [m].
     fn gaps_at_the_start(&self, structure: &Structure<D>) -> BTreeMap<[usize; 2], f64> {
         let (mut starts, surface) = (BTreeMap::new(), &self.reference);
-        for &ContactNode { node, solid, .. } in &self.nodes {
+        for &MeetingNode { node, solid, .. } in &self.nodes {
             let x = structure.nodes[node as usize];
             for other in (0..self.bodies.len()).filter(|&other| other != solid) {
                 let Some(foot) = surface.feet(other, x, self.largest).first().copied() else { continue };
@@ -198,7 +198,7 @@ impl<const D: usize> SolidContacts<D> {
 
     /// True where a node is queried against a solid.
     fn is_queried(&self, id: usize, other: usize) -> bool {
-        let ContactNode { solid, is_sharp, .. } = self.nodes[id];
+        let MeetingNode { solid, is_sharp, .. } = self.nodes[id];
         let order = |solid: usize| (self.bodies[solid].size, solid);
         is_sharp || order(solid) <= order(other)
     }
@@ -212,7 +212,7 @@ impl<const D: usize> SolidContacts<D> {
 
     /// The query at a node of the surface.
     fn at_node(&self, id: usize, places: &ContactPlaces<'_, D>) -> ContactQuery<D> {
-        let ContactNode { node, solid, area, law, .. } = self.nodes[id];
+        let MeetingNode { node, solid, area, law, .. } = self.nodes[id];
         let x = places.predicted[node as usize];
         let reach = REACH * self.largest + (x - places.start[node as usize]).norm();
         ContactQuery { id, solid, shares: vec![(node, 1.0)], x, reach, area, law }
@@ -326,7 +326,7 @@ impl<const D: usize> SolidContacts<D> {
         mesh: &Mesh<D, N>,
         [now, predicted]: [&[Vector<D>]; 2],
     ) -> f64 {
-        let error = |ContactNode { node, .. }: &ContactNode| {
+        let error = |MeetingNode { node, .. }: &MeetingNode| {
             let [x, from] = [now, predicted].map(|places| places[*node as usize]);
             (x - from).norm() / self.size_at(mesh, x).min(self.size_at(mesh, from))
         };

@@ -1,7 +1,8 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside
 //! (theory J.2, J.3).
 
-use super::element::{CoupledElement, CutParts};
+use super::assemble::CutParts;
+use super::element::CoupledElement;
 use super::fluid_part::FluidPart;
 use super::trace::{CutMesh, TracePoint};
 use super::viscous::{CutForces, cut_forces};

@@ -2,7 +2,8 @@
 //!
 //! | | |
 //! |---|---|
-//! | `fluid_part`, `element`, `enriched` | the fluid part of a cut element, its equations, and those of its enriched pressures |
+//! | `fluid_part`, `element`, `enriched` | the fluid part of a cut element, rows and columns of its unknowns, and what its enriched pressures add |
+//! | `assemble` | the equations of a cut element, from these |
 //! | `viscous` | viscous forces in a cut element, for the stabilisation |
 //! | `trace` | what flows through the surface of elastic solids between cut points |
 //! | `walls` | the reaction of walls at which that surface ends |
@@ -10,6 +11,7 @@
 //! | `immersed` | all cut elements, with the equations of the solids |
 //! | `border`, `near_nodes`, `node_coupling` | the unknowns of the solids in the linear system, and in its preconditioner |
 
+mod assemble;
 pub mod border;
 pub mod element;
 mod enriched;

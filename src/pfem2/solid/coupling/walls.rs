@@ -27,7 +27,7 @@ pub struct WallShare<const D: usize, const N: usize> {
 }
 
 /// A facet of a part that lies on a wall.
-pub(super) struct WallFacet<const D: usize> {
+pub(super) struct PartFacet<const D: usize> {
     /// The facet of the mesh, by the local node opposite to it.
     facet: u32,
     /// Its corners, by their places in the part.
@@ -37,17 +37,17 @@ pub(super) struct WallFacet<const D: usize> {
 }
 
 /// The facets of a part that lie on walls; `walls` are the facets of its element that do, as bits.
-pub(super) fn wall_facets<const D: usize, const N: usize>(part: &PartGeometry<D, N>, walls: u8) -> Vec<WallFacet<D>> {
+pub(super) fn wall_facets<const D: usize, const N: usize>(part: &PartGeometry<D, N>, walls: u8) -> Vec<PartFacet<D>> {
     let lies_on = |corners: &[usize; D], m: usize| corners.iter().all(|&c| part.shapes[c][m].abs() < ROUND_OFF);
     let facet = |opposite: usize| {
         let corners: [usize; D] = std::array::from_fn(|a| a + usize::from(a >= opposite));
         let facet = (0..N).find(|&m| walls >> m & 1 == 1 && lies_on(&corners, m))? as u32;
-        Some(WallFacet { facet, corners, area: part.simplex.facet_area(opposite) })
+        Some(PartFacet { facet, corners, area: part.simplex.facet_area(opposite) })
     };
     if walls == 0 { Vec::new() } else { (0..N).filter_map(facet).collect() }
 }
 
-impl<const D: usize> WallFacet<D> {
+impl<const D: usize> PartFacet<D> {
     /// The shares of the cut points among its corners, with their vertices; `at` is the position of a vertex [m].
     pub fn shares<const N: usize>(
         &self,

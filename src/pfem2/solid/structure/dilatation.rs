@@ -15,7 +15,8 @@
 //! the order of the approximation in distorted elements. θ and p follow from the displacement without iterations;
 //! forces are the slopes of ∫ W(F̄) dV.
 
-use super::element::{Deformed, ElementFault, ElementForces, Weighted};
+use super::deformation::{Deformed, ElementFault};
+use super::tangent::{ElementForces, Weighted};
 use crate::material::{ElasticLaw, ElasticState, Linearised, Stiffness};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::pfem2::solid::mesh::gauss::GaussPoint;

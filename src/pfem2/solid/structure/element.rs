@@ -11,150 +11,13 @@
 //! the plane they are per metre of depth in the reference state; F_zz = 1 without strain across the plane, and
 //! the stretch that leaves no stress there otherwise.
 
+use super::deformation::{Deformed, ElementFault, ReferencePoint, SolidLaw, deform, sum_of_dyads, unfit};
 use super::dilatation::Dilatation;
 use super::stress::NodalStress;
-use crate::material::{ElasticLaw, ElasticState};
+use super::tangent::{ElementForces, Weighted, add_geometric, mirror_scalars};
+use crate::material::ElasticState;
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::pfem2::solid::mesh::gauss::GaussPoint;
-use crate::pfem2::solid::setup::Plane;
-
-/// An elastic law and the third direction.
-#[derive(Debug, Clone, Copy)]
-pub struct SolidLaw<'a> {
-    /// The law.
-    pub law: &'a dyn ElasticLaw,
-    /// The third direction, in two dimensions.
-    pub plane: Plane,
-}
-
-/// A state of an element that has no forces: it is turned inside out, or no thickness of it is free of stress.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ElementFault<const D: usize> {
-    /// The event.
-    pub what: String,
-    /// Volume ratio J there.
-    pub volume_ratio: f64,
-    /// The Gauss point in the deformed state [m].
-    pub position: Vector<D>,
-}
-
-/// Internal forces of an element and their tangent.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ElementForces<const D: usize> {
-    /// Internal force f_a at each node [N].
-    pub internal: Vec<Vector<D>>,
-    /// The part ∫ B_aᵀ c B_b dv of the tangent [N/m], row by row; symmetric. A rigid motion brings no force from it.
-    pub material: Vec<Tensor<D>>,
-    /// The part ∫ g_a · σ g_b dv of the tangent [N/m], the same along every axis; row by row, symmetric.
-    pub geometric: Vec<f64>,
-}
-
-/// Stress and tangent at a point, times its volume in the deformed state.
-pub(in crate::pfem2::solid) struct Weighted {
-    /// σ dv [N m].
-    pub stress: Tensor<3>,
-    /// c dv [N m], with the components xx, yy, xy in the plane, those of [`SymTensor`] in space.
-    pub tangent: [[f64; 6]; 6],
-}
-
-/// A Gauss point of a deformed element.
-pub(in crate::pfem2::solid) struct Deformed<const D: usize> {
-    /// Its place in the reference state [m].
-    pub place: Vector<D>,
-    /// Its volume in the reference state [m³].
-    pub volume: f64,
-    /// The deformation gradient, with that of the third direction.
-    pub deformation: Tensor<3>,
-    /// g_a [1/m].
-    pub gradients: Vec<Vector<D>>,
-}
-
-/// The place of the component ij of a strain among those of the tangent in D dimensions.
-#[inline(always)]
-const fn component<const D: usize>(i: usize, j: usize) -> usize {
-    if i == j {
-        i
-    } else if D == 2 {
-        2
-    } else {
-        // xy, yz, zx
-        [3, 5, 4][i + j - 1]
-    }
-}
-
-/// A Gauss point of an element in its reference state.
-struct ReferencePoint<const D: usize> {
-    /// G_a [1/m].
-    gradients: Vec<Vector<D>>,
-    /// Its volume [m³].
-    volume: f64,
-}
-
-impl<const D: usize> ReferencePoint<D> {
-    /// `None` where the volume is not positive.
-    fn new(point: &GaussPoint, places: &[Vector<D>]) -> Option<Self> {
-        let jacobian = sum_of_dyads(places, &point.slopes).embed(1.0);
-        let volume = point.weight * jacobian.determinant();
-        let inverse = jacobian.inverse()?;
-        let gradient = |slope: &[f64; 3]| Vector::from_fn(|i| (0..D).map(|k| inverse[k][i] * slope[k]).sum());
-        (volume > 0.0).then(|| Self { gradients: point.slopes.iter().map(gradient).collect(), volume })
-    }
-
-    /// F = 1 + Σ u_a ⊗ G_a.
-    fn deformation(&self, displacement: &[Vector<D>]) -> Tensor<D> {
-        let mut f = Tensor::identity();
-        for (u, g) in displacement.iter().zip(&self.gradients) {
-            for i in 0..D {
-                for j in 0..D {
-                    f[i][j] += u[i] * g[j];
-                }
-            }
-        }
-        f
-    }
-}
-
-/// Σ a_n ⊗ b_n, of as many components as there are dimensions.
-fn sum_of_dyads<const D: usize>(a: &[Vector<D>], b: &[[f64; 3]]) -> Tensor<D> {
-    let both = || a.iter().zip(b);
-    Tensor::from_fn(|i, j| both().map(|(a, b)| a[i] * b[j]).sum())
-}
-
-impl SolidLaw<'_> {
-    /// The deformation gradient with its third direction.
-    ///
-    /// # Errors
-    /// A sentence, where J is not positive or no thickness is free of stress.
-    fn complete<const D: usize>(&self, deformation: &Tensor<D>) -> Result<Tensor<3>, String> {
-        let strain = deformation.embed(1.0);
-        let ratio = strain.determinant();
-        if !(ratio > 0.0 && ratio.is_finite()) {
-            return Err("an element of the solid is turned inside out".into());
-        }
-        if self.is_free_across::<D>() {
-            let in_plane = Tensor::<2>::from_fn(|i, j| deformation[i][j]);
-            return self.law.thickness_stretch(&in_plane).map(|stretch| deformation.embed(stretch));
-        }
-        Ok(strain)
-    }
-
-    /// True if the thickness follows the stress.
-    fn is_free_across<const D: usize>(&self) -> bool {
-        D == 2 && self.plane == Plane::Stress
-    }
-
-    /// Stress and tangent of plane stress.
-    fn plane_stress<const D: usize>(&self, point: &Deformed<D>) -> Weighted {
-        let dv = point.deformation.determinant() * point.volume;
-        let state = ElasticState { deformation: point.deformation, stress: SymTensor::ZERO };
-        let point = self.law.linearised(&state).plane_stress();
-        let mut tangent = [[0.0; 6]; 6];
-        for (row, own) in tangent.iter_mut().zip(&point.tangent) {
-            row.iter_mut().zip(own).for_each(|(entry, c)| *entry = c * dv);
-        }
-        Weighted { stress: point.stress().full() * dv, tangent }
-    }
-}
 
 impl<const D: usize> ElementForces<D> {
     /// Forces and tangent of the element with nodes at `places` [m] in the reference state, moved by `displacement`
@@ -168,9 +31,7 @@ impl<const D: usize> ElementForces<D> {
         places: &[Vector<D>],
         displacement: &[Vector<D>],
     ) -> Result<Self, ElementFault<D>> {
-        let n = places.len();
-        let mut forces =
-            Self { internal: vec![Vector::ZERO; n], material: vec![Tensor::ZERO; n * n], geometric: vec![0.0; n * n] };
+        let mut forces = Self::zero(places.len());
         let samples = deform(points, law, places, displacement, |sample| sample.deformation(displacement))?;
         if law.is_free_across::<D>() {
             samples.iter().for_each(|point| forces.add(&point.gradients, &law.plane_stress(point)));
@@ -180,103 +41,19 @@ impl<const D: usize> ElementForces<D> {
         forces.mirror();
         Ok(forces)
     }
+}
 
-    /// Adds a point with gradients g_a [1/m], above the diagonal of the tangent and on it.
-    pub(in crate::pfem2::solid) fn add(&mut self, gradients: &[Vector<D>], point: &Weighted) {
-        let n = gradients.len();
-        add_geometric(&mut self.geometric, gradients, &point.stress);
-        for (b, g) in gradients.iter().enumerate() {
-            self.internal[b] += pull(&point.stress, *g);
-            let columns = strain_columns(&point.tangent, *g);
-            for (a, g) in gradients[..=b].iter().enumerate() {
-                let block = &mut self.material[a * n + b];
-                for k in 0..D {
-                    for m in 0..D {
-                        for l in 0..D {
-                            block[k][l] += g[m] * columns[component::<D>(k, m)][l];
-                        }
-                    }
-                }
-            }
+impl SolidLaw<'_> {
+    /// Stress and tangent of plane stress.
+    fn plane_stress<const D: usize>(&self, point: &Deformed<D>) -> Weighted {
+        let dv = point.deformation.determinant() * point.volume;
+        let state = ElasticState { deformation: point.deformation, stress: SymTensor::ZERO };
+        let point = self.law.linearised(&state).plane_stress();
+        let mut tangent = [[0.0; 6]; 6];
+        for (row, own) in tangent.iter_mut().zip(&point.tangent) {
+            row.iter_mut().zip(own).for_each(|(entry, c)| *entry = c * dv);
         }
-    }
-
-    /// Fills in the tangent below its diagonal.
-    fn mirror(&mut self) {
-        let n = self.internal.len();
-        mirror_scalars(&mut self.geometric, n);
-        for a in 0..n {
-            for b in 0..a {
-                self.material[a * n + b] = self.material[b * n + a].transpose();
-            }
-        }
-    }
-
-    /// K_ab of two local nodes [N/m].
-    pub fn tangent(&self, a: usize, b: usize) -> Tensor<D> {
-        let entry = a * self.internal.len() + b;
-        self.material[entry] + Tensor::identity() * self.geometric[entry]
-    }
-}
-
-/// σ g.
-#[inline(always)]
-fn pull<const D: usize>(stress: &Tensor<3>, g: Vector<D>) -> Vector<D> {
-    Vector::from_fn(|i| (0..D).map(|j| stress[i][j] * g[j]).sum())
-}
-
-/// Adds g_a · σ g_b of a point with the stress σ dv [N m], above the diagonal and on it.
-fn add_geometric<const D: usize>(geometric: &mut [f64], gradients: &[Vector<D>], stress: &Tensor<3>) {
-    let n = gradients.len();
-    for (b, g) in gradients.iter().enumerate() {
-        let traction = pull(stress, *g);
-        gradients[..=b].iter().enumerate().for_each(|(a, g)| geometric[a * n + b] += g.dot(traction));
-    }
-}
-
-/// Fills in a symmetric matrix of n rows below its diagonal.
-fn mirror_scalars(matrix: &mut [f64], n: usize) {
-    (0..n).for_each(|a| (0..a).for_each(|b| matrix[a * n + b] = matrix[b * n + a]));
-}
-
-/// c B: the stress of a unit velocity of the node with gradient `g` along each axis.
-fn strain_columns<const D: usize>(tangent: &[[f64; 6]; 6], g: Vector<D>) -> [[f64; D]; 6] {
-    tangent.map(|row| std::array::from_fn(|l| (0..D).map(|m| row[component::<D>(l, m)] * g[m]).sum()))
-}
-
-/// The Gauss points of an element with nodes at `places` [m] in the reference state, moved by `displacement` [m], with
-/// this deformation gradient.
-///
-/// # Errors
-/// As [`ElementForces::new`].
-fn deform<const D: usize>(
-    points: &[GaussPoint],
-    law: SolidLaw<'_>,
-    places: &[Vector<D>],
-    displacement: &[Vector<D>],
-    gradient: impl Fn(&ReferencePoint<D>) -> Tensor<D>,
-) -> Result<Vec<Deformed<D>>, ElementFault<D>> {
-    let deformed = |point: &GaussPoint| {
-        let sample = ReferencePoint::new(point, places).ok_or_else(|| unfit(point, places))?;
-        let (place, volume) = (point.interpolate(places), sample.volume);
-        let f = gradient(&sample);
-        let deformation = law.complete(&f).map_err(|what| {
-            let position = place + point.interpolate(displacement);
-            ElementFault { what, volume_ratio: f.embed(1.0).determinant(), position }
-        })?;
-        let inverse = deformation.inverse().unwrap_or(Tensor::identity() * f64::NAN);
-        let spatial = |g: &Vector<D>| Vector::from_fn(|i| (0..D).map(|k| inverse[k][i] * g[k]).sum());
-        Ok(Deformed { place, volume, deformation, gradients: sample.gradients.iter().map(spatial).collect() })
-    };
-    points.iter().map(deformed).collect()
-}
-
-/// A Gauss point without a positive volume in the reference state.
-fn unfit<const D: usize>(point: &GaussPoint, places: &[Vector<D>]) -> ElementFault<D> {
-    ElementFault {
-        what: "an element of the solid has no positive volume in its reference state".into(),
-        volume_ratio: point.weight * sum_of_dyads(places, &point.slopes).embed(1.0).determinant(),
-        position: point.interpolate(places),
+        Weighted { stress: point.stress().full() * dv, tangent }
     }
 }
 
@@ -389,9 +166,10 @@ pub fn volume<const D: usize>(points: &[GaussPoint], places: &[Vector<D>]) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Elastic, NeoHookean, StVenantKirchhoff};
+    use crate::material::{Elastic, ElasticLaw, NeoHookean, StVenantKirchhoff};
     use crate::pfem2::solid::mesh::SolidMesh;
     use crate::pfem2::solid::mesh::gauss::gauss_points;
+    use crate::pfem2::solid::setup::Plane;
 
     /// One element with its nodes moved from those of the unit square or cube, the edges curved, too.
     fn distorted<const D: usize>() -> Vec<Vector<D>> {

@@ -1,6 +1,8 @@
 //! The forces of all elements, with the tangents about the prediction of a step (theory (J.5), (J.5a)).
 
-use super::element::{ElementFault, ElementForces, SolidLaw, geometric_stiffness};
+use super::deformation::{ElementFault, SolidLaw};
+use super::element::geometric_stiffness;
+use super::tangent::ElementForces;
 use super::{Prediction, Structure};
 use crate::error::StepError;
 use crate::math::Vector;

@@ -15,6 +15,7 @@
 
 pub mod bodies;
 mod constrained;
+pub mod deformation;
 mod dilatation;
 pub mod element;
 mod element_forces;
@@ -30,6 +31,7 @@ mod state;
 pub mod stress;
 mod sums;
 pub mod support;
+pub mod tangent;
 pub mod ties;
 
 use crate::error::{Place, StepError};
@@ -41,7 +43,7 @@ use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::mesh::gauss::{GaussPoint, gauss_points};
 use crate::pfem2::solid::rigid::RigidBody;
 use crate::pfem2::solid::setup::{SolidSetup, SurfaceCondition};
-use element::{ElementFault, SolidLaw};
+use deformation::{ElementFault, SolidLaw};
 use pressure::FollowerPressures;
 use springs::Springs;
 pub use state::{Prediction, SolidState};
@@ -324,14 +326,6 @@ impl<const D: usize> Structure<D> {
                 }
             }
         }
-    }
-
-    /// M x at each unknown.
-    pub(in crate::pfem2) fn weighted_by_mass(&self, x: &[Vector<D>]) -> Vec<f64> {
-        let row = |row: usize| -> Vector<D> {
-            self.mass.row(row).map(|n| x[self.mass.columns[n] as usize] * self.mass.values[n]).sum()
-        };
-        (0..self.nodes.len()).flat_map(|node| row(node).0).collect()
     }
 
     /// A matrix with the places of the equations times a column of all nodes.

@@ -1,7 +1,6 @@
 //! Natural modes of solids without a fluid: K x = ω² M x in the reference state (theory J.15).
 
 use super::Structure;
-use super::response::by_node;
 use crate::linalg::{SparseMatrix, lowest_modes};
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::{IndependentInertia, LinearForces, SolidEquations};
@@ -88,6 +87,11 @@ impl<const D: usize> Structure<D> {
         let energies: Vec<f64> = self.meshes().into_iter().map(of).collect();
         (0..energies.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b]).then(b.cmp(&a))).unwrap_or(0)
     }
+}
+
+/// Values of unknowns as vectors of the nodes.
+pub(super) fn by_node<const D: usize>(unknowns: &[f64]) -> Vec<Vector<D>> {
+    unknowns.chunks_exact(D).map(|own| Vector::from_fn(|axis| own[axis])).collect()
 }
 
 #[cfg(test)]

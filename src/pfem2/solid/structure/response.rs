@@ -8,7 +8,7 @@
 //! over modes φ_k, with φ_k·M φ_k = 1, that have a stiffness.
 
 use super::Structure;
-use super::modes::NaturalMode;
+use super::modes::{NaturalMode, by_node};
 use super::pressure::area_vector;
 use crate::math::Vector;
 use crate::pfem2::solid::mesh::gauss::gauss_points;
@@ -110,11 +110,6 @@ impl<const D: usize> Structure<D> {
             }
         }
     }
-}
-
-/// Values of unknowns as vectors of the nodes.
-pub(super) fn by_node<const D: usize>(unknowns: &[f64]) -> Vec<Vector<D>> {
-    unknowns.chunks_exact(D).map(|own| Vector::from_fn(|axis| own[axis])).collect()
 }
 
 #[cfg(test)]

@@ -30,6 +30,14 @@ impl<const D: usize> Structure<D> {
         Vector::from_fn(|axis| momentum.iter().skip(axis).step_by(D).sum())
     }
 
+    /// M x at each unknown.
+    pub(in crate::pfem2) fn weighted_by_mass(&self, x: &[Vector<D>]) -> Vec<f64> {
+        let row = |row: usize| -> Vector<D> {
+            self.mass.row(row).map(|n| x[self.mass.columns[n] as usize] * self.mass.values[n]).sum()
+        };
+        (0..self.nodes.len()).flat_map(|node| row(node).0).collect()
+    }
+
     /// Kinetic energy ½ v · M v of all solids [J].
     pub fn kinetic_energy(&self) -> f64 {
         let momentum = self.weighted_by_mass(&self.state.velocity);

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_are_held_alone() {
+    fn a_support_may_hold_one_axis_alone() {
         let mut setup = loaded([1, 1], [Signal::ZERO, Signal::ZERO], |_| false);
         setup.held = vec![HeldNodes { nodes: vec![4], velocity: [None, Some(Signal::formula("x + t").unwrap())] }];
         let all = SolidSupports::new(&[setup], &[3]).unwrap().velocities(24, 2.0);

@@ -254,7 +254,7 @@ fn momentum_stays_and_energy_never_grows() {
 
 /// A support that moves by sin t carries its nodes along exactly, and its force is the change of momentum.
 #[test]
-fn supports_carry_and_bear() {
+fn a_moving_support_carries_its_nodes_and_takes_their_change_of_momentum() {
     let mesh = SolidMesh::block(Vector::ZERO, Vector([2.0, 0.5]), [3, 1]).unwrap();
     let mut setup = solid(mesh, [1000.0, 1e6, 0.3], |x| x[0] == 0.0);
     setup.held[0].velocity = [Some(Signal::formula("cos(t)").unwrap()), Some(Signal::ZERO)];
