@@ -7,6 +7,7 @@ mod cavity;
 mod composite;
 mod contact;
 mod contact_3d;
+mod corner_loads;
 mod couette;
 mod driven_square;
 mod enclosed;

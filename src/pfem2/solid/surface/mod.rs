@@ -101,8 +101,8 @@ pub struct SurfaceCorner<const D: usize> {
 pub(super) struct NearestPoint<const D: usize> {
     /// The solid, in the order of [`SolidSurface::new`].
     pub solid: usize,
-    /// Among the facets of all solids.
-    facet: u32,
+    /// The facet, among those of all solids.
+    pub facet: u32,
     local: [f64; 2],
     /// Position [m].
     pub position: Vector<D>,

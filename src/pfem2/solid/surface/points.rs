@@ -1,6 +1,6 @@
 //! Points of facets for integrals over the surface.
 
-use super::{NodeWeights, SolidSurface, weights};
+use super::{NearestPoint, NodeWeights, SolidSurface, weights};
 use crate::math::Vector;
 
 /// A point of a facet.
@@ -30,6 +30,14 @@ impl<const D: usize> SolidSurface<D> {
         &self.facets[facet as usize].nodes
     }
 
+    /// Means of the shape functions of a facet, ∫ N_a dξ/∫ dξ, with its global nodes: Simpson's rule.
+    pub(in crate::pfem2::solid) fn means(&self, facet: u32) -> NodeWeights {
+        const SIMPSON: [f64; 3] = [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0];
+        let nodes = &self.facets[facet as usize].nodes;
+        let mean = |(n, &node): (usize, &u32)| (node, SIMPSON[n % 3] * if D == 3 { SIMPSON[n / 3] } else { 1.0 });
+        nodes.iter().enumerate().map(mean).collect()
+    }
+
     /// Calls `visit` with points of a facet: three Gauss points per axis between each two of these ascending coordinates, −1 and 1 among them.
     pub(in crate::pfem2::solid) fn visit_points(
         &self,
@@ -54,6 +62,17 @@ impl<const D: usize> SolidSurface<D> {
                 });
             }
         }
+    }
+
+    /// The point of a facet at a foot that stands for an area n dA [m²].
+    pub(in crate::pfem2::solid) fn point_at(&self, foot: &NearestPoint<D>, area: Vector<D>) -> FacetPoint<D> {
+        let &NearestPoint { facet, local, position, .. } = foot;
+        let own = &self.facets[facet as usize];
+        let [along, across] = own.tangents(local).map(|tangent| Vector(tangent.to3()));
+        let across = if D == 3 { across } else { Vector::unit(2) };
+        let per_share = Vector::<D>::from3(along.cross(across).0);
+        let share = area.dot(per_share) / per_share.norm_squared().max(f64::MIN_POSITIVE);
+        FacetPoint { position, area, local, share, weights: weights(&own.nodes, &local[..D - 1]) }
     }
 
     /// The facet that is nearest to a place, and the coordinates of its nearest point.
