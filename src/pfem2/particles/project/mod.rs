@@ -138,6 +138,11 @@ impl<const D: usize> Average<D> {
     fn new(fluids: usize) -> Self {
         Self { seen: 0.0, fluids: vec![Share::default(); fluids] }
     }
+
+    /// True for a node that no particle is near, or only some in elements that solids fill.
+    fn is_bare(&self) -> bool {
+        self.seen < LEAST || self.fluids.iter().all(|share| share.weight <= 0.0)
+    }
 }
 
 fn gather<const D: usize, const N: usize>(
@@ -245,7 +250,7 @@ fn mean_edge<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> 
 
 /// The mean of all fluids, weighted with their densities, and their shares.
 fn mix<const D: usize>(average: &[Average<D>], densities: &[f64], previous: &[Vector<D>]) -> Projected<D> {
-    let bare: Vec<bool> = average.iter().map(|a| a.seen < LEAST).collect();
+    let bare: Vec<bool> = average.iter().map(Average::is_bare).collect();
     let mass = |a: &Average<D>| a.fluids.iter().zip(densities).map(|(share, rho)| share.weight * rho).sum::<f64>();
     let momentum =
         |a: &Average<D>| a.fluids.iter().zip(densities).map(|(share, &rho)| share.velocity * rho).sum::<Vector<D>>();
@@ -262,5 +267,6 @@ fn mix<const D: usize>(average: &[Average<D>], densities: &[f64], previous: &[Ve
 /// The mean of one fluid; that of all where it isn't seen.
 fn of_one<const D: usize>(average: &[Average<D>], fluid: usize, mean: &[Vector<D>]) -> Vec<Vector<D>> {
     let own = average.iter().map(|a| &a.fluids[fluid]).zip(mean);
-    own.map(|(own, &mean)| if own.seen < LEAST { mean } else { own.velocity / own.weight }).collect()
+    own.map(|(own, &mean)| if own.seen < LEAST || own.weight <= 0.0 { mean } else { own.velocity / own.weight })
+        .collect()
 }

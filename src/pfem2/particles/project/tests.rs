@@ -292,3 +292,18 @@ fn kernels_converge_with_the_orders_of_the_published_table() {
         assert!((0.75..1.25).contains(&order), "{kernel:?} at the boundary: {order}");
     }
 }
+
+/// Particles that a solid has swept over lie in elements without fluid, and have no weight.
+#[test]
+fn nodes_among_particles_in_solids_keep_their_velocity() {
+    let mesh = square(4);
+    let particles = Particles::seed(&mesh, 4, |_| Some(0), |_| Vector([1.0, 0.0]));
+    let previous = vec![Vector([0.0, 7.0]); mesh.nodes().len()];
+    let fluid = |e: usize| if mesh.corners(e).iter().all(|x| x[0] > 0.4) { 0.0 } else { mesh.simplex(e).volume };
+    let projected = project(&mesh, &particles, &[1.0], AveragingKernel::Linear, &previous, &fluid);
+    for (node, x) in mesh.nodes().iter().enumerate() {
+        assert_eq!(projected.bare[node], x[0] > 0.6);
+        let expected = if x[0] > 0.6 { previous[node] } else { Vector([1.0, 0.0]) };
+        assert!((projected.velocity.mean[node] - expected).norm() < 1e-14);
+    }
+}

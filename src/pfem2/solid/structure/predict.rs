@@ -1,4 +1,4 @@
-//! The prediction of a step's end, and that of a step that is solved anew (theory (J.1), (J.3), (J.3a)).
+//! The prediction of a step's end, and that of a step that is solved anew (theory (J.1), (J.3), (J.3a), (J.3b)).
 
 use super::constrained::held_axes;
 use super::{Prediction, SolidState, Structure};
@@ -30,7 +30,9 @@ impl<const D: usize> Structure<D> {
         let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
         let all = u.iter().zip(v).zip(earlier_steps);
         let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
-            *u + (*v * weights[0] + *previous * weights[1] + *earlier * weights[2]) * dt
+            let extrapolated = *v * weights[0] + *previous * weights[1] + *earlier * weights[2];
+            let steady = if weights[1] == 0.0 { 1.0 } else { steadiness([*v, *previous, *earlier]) };
+            *u + (extrapolated * steady + (*v + *previous) * (0.5 * (1.0 - steady))) * dt
         };
         let mut displacement: Vec<Vector<D>> = all.map(predicted).collect();
         let held = self.held_velocities(t_end);
@@ -67,4 +69,10 @@ impl<const D: usize> Structure<D> {
         let correction = displacement.iter().zip(&prediction.displacement).map(|(u, last)| *u - *last).collect();
         Prediction { displacement, found: Some(correction), ..prediction.clone() }
     }
+}
+
+/// β of theory (J.3b): one where the velocity of a node goes on as it did over the last three steps, and zero where it goes to and fro.
+fn steadiness<const D: usize>([v, previous, earlier]: [Vector<D>; 3]) -> f64 {
+    let (change, turn) = ((v - previous).norm_squared(), (v - previous * 2.0 + earlier).norm_squared());
+    if turn == 0.0 { 1.0 } else { 1.0 / (1.0 + (turn / change).powi(2)) }
 }
