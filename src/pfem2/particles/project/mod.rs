@@ -69,7 +69,7 @@ pub struct Projected<const D: usize> {
     pub fraction: Vec<Vec<f64>>,
     /// Weight of the average: mass [kg] with [`AveragingKernel::Linear`].
     pub weight: Vec<f64>,
-    /// True for nodes that no particle reaches.
+    /// True for nodes that no particle reaches, or only some in elements that solids fill.
     pub bare: Vec<bool>,
 }
 
