@@ -84,8 +84,7 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
             }
             let Some((place, ChordPlace { position, chord, .. })) = self.chord_place(element, x, size) else { return };
             let shape = mesh.shape_functions(cut.elements[place].element as usize, position);
-            let means = surface.means(facet);
-            points.push((place, TracePoint { facet, local, share, area, shape, weights, means, chord }));
+            points.push((place, TracePoint { facet, local, share, area, shape, weights, means: Vec::new(), chord }));
         });
         points
     }
