@@ -12,7 +12,7 @@
 //! level set, assembly, the linear solver, the ledger. The stage *particles* is what `correct`, `convect`,
 //! `interface` and `project` take, *mesh* is `solve` and `account`. Times are of the clock.
 //!
-//! With *solid* the box is full of one fluid, in which an elastic block of a third of its side lies in the middle of the vortex or doesn't; both have the
+//! With *solid* the box is full of one fluid, in which an elastic block of a third of its side moves along in the middle of the vortex or doesn't; both have the
 //! stabilisation of cases with solids. The first step, in which patterns are analysed, is told apart. The last line is the ratio of the steps after the third.
 
 use lateen::case::{Case, Source};
@@ -115,10 +115,12 @@ name = "block"
 region = {{ shape = "box", lower = {lower}, upper = {upper} }}
 material = {{ law = "st-venant-kirchhoff", density = 1.5, young = 100.0, poisson = 0.3 }}
 mesh = {{ cell = {cell} }}
+velocity = {vortex}
 "#,
         lower = point(SOLID[0]),
         upper = point(SOLID[1]),
         cell = 3.0 / cells as f64,
+        vortex = vortex(dimension),
     );
     let (own, stabilisation) = (if solid { block.as_str() } else { "" }, "stabilisation = \"dynamic-subscales\"\n");
     let text = format!("{}{own}{}", &text[..begin], &text[end..]);
@@ -128,8 +130,7 @@ mesh = {{ cell = {cell} }}
 /// The case file.
 fn case(dimension: usize, cells: usize) -> String {
     let point = |value: &str| format!("[{}]", vec![value; dimension].join(", "));
-    let third = if dimension == 3 { ", 0" } else { "" };
-    let vortex = format!("[\"-sin(pi*x)*cos(pi*y)\", \"cos(pi*x)*sin(pi*y)\"{third}]");
+    let vortex = vortex(dimension);
     let sides = ["\"left\", \"right\", \"bottom\", \"top\"", "\"front\", \"back\", "];
     let below = format!("[{}]", ["2.0", "0.5", "2.0"][..dimension].join(", "));
     format!(
@@ -172,6 +173,12 @@ kind = "slip"
         first_sides = sides[0],
         third_sides = if dimension == 3 { sides[1] } else { "" },
     )
+}
+
+/// Components of the velocity at the start.
+fn vortex(dimension: usize) -> String {
+    let third = if dimension == 3 { ", 0" } else { "" };
+    format!("[\"-sin(pi*x)*cos(pi*y)\", \"cos(pi*x)*sin(pi*y)\"{third}]")
 }
 
 /// Most memory that the process has held [MB]; 0 where the system doesn't tell.

@@ -2,14 +2,18 @@
 //!
 //! ```text
 //! X ← S_t⁻¹ D X  (subspace iteration, orthonormal in D = diag S),   B = D X,   Φ = S_t⁻¹ B,   Φᵀ B = 1
-//! C = Φᵀ (S − F Â⁻¹ E − S_t) Φ                                          the added mass, over what resists in the solid
-//! S̃ = S_t + B C Bᵀ,   S̃⁻¹ r = y − Y (1 + C BᵀY)⁻¹ C Bᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ B
+//! W = −F_p (Â⁻¹)_pp E_p Φ,   C = Φᵀ W                                   forces by the pressure of motions: the added mass
+//! C = V Λ Vᵀ,   W ← W V                                                  ordered by what the added mass is over what resists in the solid
+//! S̃ = S_t + W Λ⁻¹ Wᵀ,   S̃⁻¹ r = y − Y (Λ + WᵀY)⁻¹ Wᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ W
 //! ```
 //!
-//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh where
-//! the border moves. Y is that of the system at hand.
+//! On the motions Φ this is the added mass, and on others never more than it (Nyström's approximation, as the added mass is symmetric and not
+//! negative). Where λ is small there is nothing to correct. W and Λ, which move with the solids, are kept by the rule for preconditioners, (F.45). Y is that of the system at hand.
 
 use super::border::Border;
+use super::modes::diagonalise;
+use super::preconditioner::ReusePolicy;
+use super::solver_state::{KEPT, REPLACED};
 use super::vectors::dot;
 
 /// Number of motions at most.
@@ -18,8 +22,11 @@ const MOTIONS: usize = 14;
 /// Steps of the subspace iteration.
 const STEPS: usize = 6;
 
-/// Systems that a correction is kept for.
-const LIFE: f64 = 10.0;
+/// Part by which trace(WᵀY) may differ from that of the first system: beyond, the step or the stiffness is another.
+const SAME: f64 = 0.25;
+
+/// Least λ: an eigenvalue of 1.1 instead of 1 takes no iterations, and errors of Â⁻¹ would be divided by less.
+const LEAST: f64 = 0.1;
 
 /// xᵀ S_t x below this part of what it was before those of the vectors before it were taken out: nothing new.
 const NOTHING: f64 = 1e-12;
@@ -33,15 +40,17 @@ type SmallMatrix = Vec<Vec<f64>>;
 /// The coarse correction of the border of a system with B unknowns per node.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CoarseCorrection<const B: usize> {
-    /// The columns of B.
+    /// The columns of W.
     forces: Vec<Vec<f64>>,
-    /// C.
-    added: SmallMatrix,
-    /// Number of systems that it has been used for.
-    systems: f64,
+    /// The diagonal of Λ.
+    added: Vec<f64>,
+    /// trace(WᵀY) of the first system, 0 before it.
+    compliance: f64,
+    /// Its use.
+    reuse: ReusePolicy,
     /// The columns of Y, with the velocities of near nodes.
     responses: Vec<BorderResponse<B>>,
-    /// (1 + C BᵀY)⁻¹ C.
+    /// (Λ + WᵀY)⁻¹.
     weights: SmallMatrix,
 }
 
@@ -64,69 +73,85 @@ impl<const B: usize> BorderResponse<B> {
 impl<const B: usize> CoarseCorrection<B> {
     /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
     pub fn new(border: &mut dyn Border<B>, nodes: usize, solve_mesh: &mut SolveMesh<'_, B>) -> Self {
-        let (forces, motions) = softest(border);
+        let motions = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
         let mut x = at_rest.clone();
-        let mut columns = Vec::new();
-        for (motion, force) in motions.iter().zip(&forces) {
-            let (mut rows, mut own) = (at_rest.clone(), vec![0.0; motion.len()]);
-            border.multiply((&at_rest, motion), (&mut rows, &mut own));
+        let pressure_alone = |row: &mut [f64; B]| row[..B - 1].fill(0.0);
+        let mut force_on = |motion: &Vec<f64>| {
+            let (mut rows, mut force) = (at_rest.clone(), vec![0.0; motion.len()]);
+            border.multiply((&at_rest, motion), (&mut rows, &mut force));
+            rows.iter_mut().for_each(pressure_alone);
             solve_mesh(&rows, &mut x);
-            border.subtract(&x, &mut own);
-            own.iter_mut().zip(force).for_each(|(own, force)| *own -= force);
-            columns.push(own);
-        }
-        let added: SmallMatrix =
-            motions.iter().map(|motion| columns.iter().map(|column| dot(motion, column)).collect()).collect();
+            x.iter_mut().for_each(pressure_alone);
+            force.fill(0.0);
+            border.subtract(&x, &mut force);
+            force
+        };
+        let mut forces: Vec<Vec<f64>> = motions.iter().map(&mut force_on).collect();
+        let half = |i: usize, j: usize| 0.5 * dot(&motions[i], &forces[j]);
+        let mut added = small_matrix(forces.len(), |i, j| half(i, j) + half(j, i));
         if added.iter().flatten().any(|entry| !entry.is_finite()) {
             return Self::default();
         }
-        Self { forces, added, ..Self::default() }
+        diagonalise(&mut added, &mut forces);
+        let all = forces.into_iter().enumerate().map(|(k, force)| (added[k][k], force));
+        let (added, forces): (Vec<f64>, Vec<Vec<f64>>) = all.filter(|(added, _)| *added > LEAST).unzip();
+        // A motion costs an application of the preconditioner of the mesh.
+        let reuse = ReusePolicy::default().renewed(motions.len() as f64);
+        Self { forces, added, reuse, ..Self::default() }
     }
 
     /// The correction with a state, [`CoarseCorrection::state`].
     pub fn restored(state: &[f64]) -> Self {
-        let [count, systems, rest @ ..] = state else { return Self::default() };
-        let count = *count as usize;
-        let (added, forces) = rest.split_at(count * count);
-        let rows = |all: &[f64]| all.chunks((all.len() / count.max(1)).max(1)).map(<[f64]>::to_vec).collect();
-        Self { forces: rows(forces), added: rows(added), systems: *systems, ..Self::default() }
+        let [count, compliance, price, spent, systems, replacement, rest @ ..] = state else { return Self::default() };
+        let (added, forces) = rest.split_at(*count as usize);
+        let forces = forces.chunks((forces.len() / added.len().max(1)).max(1)).map(<[f64]>::to_vec).collect();
+        let replace = *replacement != KEPT;
+        let reuse = ReusePolicy { spent: *spent, systems: *systems, replace, ..ReusePolicy::default().renewed(*price) };
+        Self { forces, added: added.to_vec(), compliance: *compliance, reuse, ..Self::default() }
     }
 
-    /// State for a checkpoint: the number of motions, that of systems, C and B.
+    /// State for a checkpoint: the number of motions, trace(WᵀY) of the first system, the price, the iterations and systems since it was made and
+    /// whether it is to be replaced, Λ and W.
     pub fn state(&self) -> Vec<f64> {
-        let counts = [self.forces.len() as f64, self.systems];
-        [&counts[..], &self.added.concat(), &self.forces.concat()].concat()
+        let ReusePolicy { price, spent, systems, replace, .. } = self.reuse;
+        let replacement = if replace { REPLACED } else { KEPT };
+        let numbers = [self.forces.len() as f64, self.compliance, price, spent, systems, replacement];
+        [&numbers[..], &self.added, &self.forces.concat()].concat()
     }
 
     /// True for a state that a correction can be restored from.
     pub fn fits(state: &[f64]) -> bool {
-        let [count, _, rest @ ..] = state else { return state.is_empty() };
-        let square = (*count as usize).saturating_pow(2);
-        let possible = (0..=MOTIONS).any(|motions| *count == motions as f64) && rest.len() >= square;
-        let whole =
-            possible && (rest.len() - square).checked_rem(*count as usize).map_or(rest.is_empty(), |left| left == 0);
-        whole && state.iter().all(|number| number.is_finite())
+        let [count, _, price, spent, systems, _, rest @ ..] = state else { return state.is_empty() };
+        let motions = *count as usize;
+        let possible = (0..=MOTIONS).any(|motions| *count == motions as f64) && rest.len() >= motions;
+        let whole = possible && (rest.len() - motions).checked_rem(motions).map_or(rest.is_empty(), |left| left == 0);
+        whole && [price, spent, systems].iter().all(|sum| **sum >= 0.0) && state.iter().all(|number| number.is_finite())
     }
 
-    /// True if it belongs to a border with so many unknowns, and isn't too old.
+    /// True if it belongs to a border with so many unknowns, and hasn't cost more than a new one.
     pub fn serves(&self, unknowns: usize) -> bool {
-        self.systems < LIFE && self.forces.iter().all(|force| force.len() == unknowns)
+        !self.reuse.replace && self.forces.iter().all(|force| force.len() == unknowns)
     }
 
-    /// Takes up the border of a system.
-    pub fn take_up(&mut self, border: &mut dyn Border<B>) {
-        self.systems += 1.0;
+    /// Counts a system that took these iterations.
+    pub fn count(&mut self, iterations: usize) {
+        self.reuse.count(iterations);
+    }
+
+    /// Takes up the border of a system; false if that is one of another step or stiffness than it was made for.
+    pub fn take_up(&mut self, border: &mut dyn Border<B>) -> bool {
         self.responses = self.forces.iter().map(|force| BorderResponse::new(border, force)).collect();
         let count = self.forces.len();
-        let compliance = |i: usize, j: usize| dot(&self.forces[i], &self.responses[j].own);
-        let compliances: SmallMatrix = (0..count).map(|i| (0..count).map(|j| compliance(i, j)).collect()).collect();
-        let entry = |i: usize, j: usize| {
-            let product: f64 = (0..count).map(|k| self.added[i][k] * compliances[k][j]).sum();
-            product + f64::from(u8::from(i == j))
-        };
-        let matrix = (0..count).map(|i| (0..count).map(|j| entry(i, j)).collect()).collect();
-        self.weights = solved(matrix, self.added.clone());
+        let compliances = small_matrix(count, |i, j| dot(&self.forces[i], &self.responses[j].own));
+        let trace: f64 = (0..count).map(|i| compliances[i][i]).sum();
+        if self.reuse.systems == 0.0 && self.compliance == 0.0 {
+            self.compliance = trace;
+        }
+        let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+        let sum = |i: usize, j: usize| self.added[i] * unit(i, j) + compliances[i][j];
+        self.weights = solved(small_matrix(count, sum), small_matrix(count, unit));
+        (trace - self.compliance).abs() <= SAME * self.compliance.abs()
     }
 
     /// Corrects a solution of the border and its near nodes.
@@ -141,19 +166,23 @@ impl<const B: usize> CoarseCorrection<B> {
     }
 }
 
-/// B and Φ of the softest motions.
-fn softest<const B: usize>(border: &mut dyn Border<B>) -> (SmallMatrix, SmallMatrix) {
+/// The square matrix with these entries.
+fn small_matrix(rows: usize, entry: impl Fn(usize, usize) -> f64) -> SmallMatrix {
+    (0..rows).map(|i| (0..rows).map(|j| entry(i, j)).collect()).collect()
+}
+
+/// Φ, the softest motions.
+fn softest<const B: usize>(border: &mut dyn Border<B>) -> SmallMatrix {
     let stiffness: Vec<f64> = border.scaling().iter().map(|s| s.powi(-2)).collect();
     let unknowns = stiffness.len();
     let weighted = |x: &[f64]| -> Vec<f64> { x.iter().zip(&stiffness).map(|(x, d)| x * d).collect() };
     let mut motions: SmallMatrix = (0..MOTIONS.min(unknowns)).map(|k| super::modes::start(k, unknowns)).collect();
-    let mut forces = Vec::new();
     for _ in 0..STEPS {
-        forces = motions.iter().map(|x| weighted(x)).collect();
+        let mut forces: SmallMatrix = motions.iter().map(|x| weighted(x)).collect();
         motions = forces.iter().map(|force| BorderResponse::new(border, force).own).collect();
         orthonormalise(&mut motions, &mut forces);
     }
-    (forces, motions)
+    motions
 }
 
 /// Makes pairs (φ, b = S_t φ) orthonormal, φ_i·b_j = δ_ij, by Gram–Schmidt; what adds nothing to those before it goes.
@@ -208,7 +237,7 @@ mod tests {
 
     #[test]
     fn only_whole_states_are_restored() {
-        let state = [2.0, 3.0, 0.1, 0.2, 0.3, 0.4, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let state = [2.0, 0.7, 14.0, 30.0, 3.0, 0.0, 0.1, 0.2, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
         let restored = CoarseCorrection::<3>::restored(&state);
         assert_eq!(restored.state(), state);
         assert!(CoarseCorrection::<3>::fits(&state) && CoarseCorrection::<3>::fits(&[]));
@@ -221,7 +250,10 @@ mod tests {
         };
         assert!(![-1.0, 0.0, 1.5, 4.0, 15.0, f64::NAN, f64::INFINITY].iter().any(|&count| altered(0, count)));
         assert!(
-            !altered(5, f64::NAN) && !CoarseCorrection::<3>::fits(&state[..11]) && !CoarseCorrection::<3>::fits(&[0.0])
+            !altered(8, f64::NAN)
+                && !altered(3, -1.0)
+                && !CoarseCorrection::<3>::fits(&state[..13])
+                && !CoarseCorrection::<3>::fits(&[0.0])
         );
     }
 

@@ -121,17 +121,22 @@ fn orthonormalise(mass: &SparseMatrix, vectors: &mut [Vec<f64>]) -> Option<()> {
 fn rotate(stiffness: &SparseMatrix, vectors: &mut Vec<Vec<f64>>) -> Vec<f64> {
     let images: Vec<Vec<f64>> = vectors.iter().map(|x| product(stiffness, x)).collect();
     let mut a: Vec<Vec<f64>> = vectors.iter().map(|x| images.iter().map(|y| dot(x, y)).collect()).collect();
-    for _ in 0..SWEEPS {
-        for p in 0..a.len() {
-            for q in p + 1..a.len() {
-                jacobi(&mut a, vectors, p, q);
-            }
-        }
-    }
+    diagonalise(&mut a, vectors);
     let mut order: Vec<usize> = (0..a.len()).collect();
     order.sort_by(|&i, &j| a[i][i].total_cmp(&a[j][j]));
     *vectors = order.iter().map(|&k| std::mem::take(&mut vectors[k])).collect();
     order.into_iter().map(|k| a[k][k]).collect()
+}
+
+/// Turns vectors x_i, with a symmetric matrix of products a_ij of them, so that it becomes diagonal.
+pub(super) fn diagonalise(a: &mut [Vec<f64>], vectors: &mut [Vec<f64>]) {
+    for _ in 0..SWEEPS {
+        for p in 0..a.len() {
+            for q in p + 1..a.len() {
+                jacobi(a, vectors, p, q);
+            }
+        }
+    }
 }
 
 /// The rotation of rows, columns and vectors p and q that makes a_pq vanish.

@@ -200,6 +200,7 @@ impl<const B: usize> LinearSolver<B> {
                 continue;
             }
             failed += 1;
+            self.coarse = None;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
                 return Err(failure::<B>(history, &residual, (system.a.pattern.rows() * B, reference)));
@@ -211,6 +212,9 @@ impl<const B: usize> LinearSolver<B> {
     /// Counts a system that took these iterations with the preconditioner in use.
     fn count(&mut self, iterations: usize) {
         self.reuse.count(iterations);
+        if let Some(coarse) = &mut self.coarse {
+            coarse.count(iterations);
+        }
         self.detour.rest = self.detour.rest.saturating_sub(1);
     }
 
@@ -284,16 +288,17 @@ impl<const B: usize> LinearSolver<B> {
     fn take_up(&mut self, system: &mut BorderedMatrix<B>) {
         let Some(border) = &mut system.border else { return };
         let own = system.a.pattern.rows() * B;
-        if self.coarse.as_ref().is_none_or(|coarse| !coarse.serves(system.b.len() - own)) {
+        let unknowns = system.b.len() - own;
+        let is_kept = |coarse: &mut CoarseCorrection<B>| coarse.serves(unknowns) && coarse.take_up(*border);
+        if !self.coarse.as_mut().is_some_and(is_kept) {
             let (analysis, preconditioner) = (self.analysis.as_ref(), &mut self.preconditioner);
             let mut solve_mesh = |r: &[[f64; B]], x: &mut [[f64; B]]| match preconditioner {
                 Some(preconditioner) => preconditioner.apply(analysis, r, x),
                 None => x.copy_from_slice(r),
             };
-            self.coarse = Some(CoarseCorrection::new(*border, own / B, &mut solve_mesh));
-        }
-        if let Some(coarse) = &mut self.coarse {
+            let mut coarse = CoarseCorrection::new(*border, own / B, &mut solve_mesh);
             coarse.take_up(*border);
+            self.coarse = Some(coarse);
         }
     }
 
