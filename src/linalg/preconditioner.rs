@@ -97,6 +97,13 @@ impl<const B: usize> Preconditioner<B> {
         }
     }
 
+    /// Takes a matrix that differs in few rows, as where a solid has moved, if that costs little: with multigrid, whose coarse levels stay.
+    pub fn refresh(&mut self, a: &BlockMatrix<B>) {
+        if let Self::Blocks(blocks) = self {
+            blocks.refresh(a);
+        }
+    }
+
     /// z ≈ A⁻¹ r.
     pub fn apply(&mut self, analysis: Option<&Analysis>, r: &[[f64; B]], z: &mut [[f64; B]]) {
         match (self, analysis) {

@@ -74,10 +74,7 @@ impl<const B: usize> BlockTriangular<B> {
         let velocity = if viscous { (0..B - 1).map(|k| Hierarchy::new(component(a, k))).collect() } else { Vec::new() };
         let inverse_mass = if viscous { inverse_masses(a) } else { inverse_diagonal.clone() };
         let schur = Hierarchy::new(schur_complement(a, &inverse_mass));
-        let inverse_schur = viscous.then(|| {
-            let diagonal = (0..nodes).map(|i| schur_diagonal(a, &inverse_diagonal, i));
-            diagonal.map(|s| if s > 0.0 { s.recip() } else { 0.0 }).collect()
-        });
+        let inverse_schur = viscous.then(|| inverse_schur(a, &inverse_diagonal));
         let zeros = || vec![[0.0; B]; nodes];
         let room = Workspace {
             right: vec![0.0; nodes],
@@ -87,6 +84,19 @@ impl<const B: usize> BlockTriangular<B> {
             old: zeros(),
         };
         Self { parts: Parts::new(a, &inverse_diagonal), schur, inverse_schur, velocity, room }
+    }
+
+    /// Takes a matrix that differs in few rows; the coarse levels of multigrid stay.
+    pub fn refresh(&mut self, a: &BlockMatrix<B>) {
+        let inverse_diagonal = inverses(a);
+        for (k, hierarchy) in self.velocity.iter_mut().enumerate() {
+            hierarchy.refresh(component(a, k));
+        }
+        let is_viscous = self.inverse_schur.is_some();
+        let inverse_mass = if is_viscous { inverse_masses(a) } else { inverse_diagonal.clone() };
+        self.schur.refresh(schur_complement(a, &inverse_mass));
+        self.inverse_schur = is_viscous.then(|| inverse_schur(a, &inverse_diagonal));
+        self.parts = Parts::new(a, &inverse_diagonal);
     }
 
     /// z ≈ A⁻¹ r.
@@ -305,6 +315,12 @@ fn schur_complement<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]]) ->
             }
         }
     })
+}
+
+/// 1/diag(S), zero where that is not positive.
+fn inverse_schur<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]]) -> Vec<f64> {
+    let diagonal = (0..a.pattern.rows()).map(|i| schur_diagonal(a, weights, i));
+    diagonal.map(|s| if s > 0.0 { s.recip() } else { 0.0 }).collect()
 }
 
 fn schur_diagonal<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]], i: usize) -> f64 {

@@ -177,6 +177,9 @@ impl<const B: usize> LinearSolver<B> {
         let guess = x.to_vec();
         let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
         self.return_to_usual();
+        if let (Some(preconditioner), Some(_), false) = (&mut self.preconditioner, &system.border, self.reuse.replace) {
+            preconditioner.refresh(system.a);
+        }
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
                 self.rebuild(system.a);

@@ -54,6 +54,15 @@ impl Csr {
         Self { start, columns, values, width }
     }
 
+    /// A ← S A S with a diagonal S.
+    pub fn scale_by(&mut self, scaling: &[f32]) {
+        for i in 0..self.rows() {
+            for entry in self.start[i] as usize..self.start[i + 1] as usize {
+                self.values[entry] *= scaling[i] * scaling[self.columns[entry] as usize];
+            }
+        }
+    }
+
     /// The product with another matrix.
     pub fn product(&self, other: &Self) -> Self {
         Self::from_rows(self.rows(), other.width, |i, sums| {

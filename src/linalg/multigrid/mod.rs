@@ -84,8 +84,7 @@ impl Hierarchy {
         let mut threshold = WEAK;
         loop {
             let coarser = if a.rows() > COARSEST { coarsen(&a, &mut smooth, threshold) } else { None };
-            let diagonal = a.diagonal();
-            let inverse_diagonal = diagonal.iter().map(|&d| if d == 0.0 { 0.0 } else { d.recip() }).collect();
+            let inverse_diagonal = inverses(&a);
             let room = LevelVectors::new(a.rows());
             let Some((prolongation, restriction, next)) = coarser else {
                 let coarsest = if a.rows() <= 8 * COARSEST { dense(&a) } else { Dense::default() };
@@ -97,6 +96,18 @@ impl Hierarchy {
             a = next;
             threshold *= 0.5;
         }
+    }
+
+    /// Takes a matrix that differs little, or in few rows, in place of the finest; the coarser levels stay.
+    pub fn refresh(&mut self, mut a: Csr) {
+        if self.levels.len() < 2 || a.rows() != self.scaling.len() {
+            *self = Self::new(a);
+            return;
+        }
+        a.scale_by(&self.scaling);
+        let finest = &mut self.levels[0];
+        finest.inverse_diagonal = inverses(&a);
+        finest.a = a;
     }
 
     /// x ≈ A⁻¹ b by one cycle.
@@ -120,12 +131,13 @@ impl Hierarchy {
 /// A ← S A S with a diagonal of ±1; gives S.
 fn scale(a: &mut Csr) -> Vec<f32> {
     let scaling: Vec<f32> = a.diagonal().iter().map(|&d| if d == 0.0 { 1.0 } else { d.abs().sqrt().recip() }).collect();
-    for i in 0..a.rows() {
-        for entry in a.start[i] as usize..a.start[i + 1] as usize {
-            a.values[entry] *= scaling[i] * scaling[a.columns[entry] as usize];
-        }
-    }
+    a.scale_by(&scaling);
     scaling
+}
+
+/// 1/a_ii; zero where the diagonal is.
+fn inverses(a: &Csr) -> Vec<f32> {
+    a.diagonal().iter().map(|&d| if d == 0.0 { 0.0 } else { d.recip() }).collect()
 }
 
 /// w: a constant, divided by the scaling of a matrix whose rows add up to about zero.
