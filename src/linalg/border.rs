@@ -9,9 +9,20 @@
 //! [ F_t   S   ] [y] = [ c − F x     ]        x_t ← x_t + δ
 //! ```
 //!
+//! With how the border yields to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p, and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
+//!
 //! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and, for each of its
 //! motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft ones are seen to by the
 //! coarse correction (`coarse`).
+
+/// How a border yields to pressure: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S (theory (J.10c)).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PressureCompliance {
+    /// 1/D̂ of each unknown of the border; zero of those that are left out. Empty: of all.
+    pub yielding: Vec<f64>,
+    /// Row, column and value of entries of Z between nodes of the mesh, by rows; values of one place add up.
+    pub entries: Vec<(u32, u32, f64)>,
+}
 
 /// The border of a system with B unknowns per node, the last of which is a pressure.
 pub trait Border<const B: usize> {
@@ -23,6 +34,14 @@ pub trait Border<const B: usize> {
 
     /// Subtracts F x from rows of the border.
     fn subtract(&self, x: &[[f64; B]], rows: &mut [f64]);
+
+    /// Adds E y to the rows of the mesh.
+    fn add_to_mesh(&self, y: &[f64], rows: &mut [[f64; B]]);
+
+    /// How the border yields to pressure, for preconditioners that can take it.
+    fn compliance(&self) -> PressureCompliance {
+        PressureCompliance::default()
+    }
 
     /// Nodes of the mesh near the border, whose velocities are found together with it.
     fn near(&self) -> &[u32];

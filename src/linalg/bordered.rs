@@ -39,6 +39,8 @@ pub(super) struct Preconditioned<'a, 'b, const B: usize> {
     pub analysis: Option<&'a Analysis>,
     pub preconditioner: Option<&'a mut Preconditioner<B>>,
     pub coarse: Option<&'a CoarseCorrection<B>>,
+    /// 1/D̂, with which the preconditioner knows how the border yields to pressure; empty if it doesn't.
+    pub yielding: &'a [f64],
     pub room: Vec<f64>,
 }
 
@@ -61,7 +63,13 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
         update(room, |i, _| r[i] / s[i]);
         let own = a.pattern.rows() * B;
         let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
-        let (r, z) = (r.as_chunks().0, z.as_chunks_mut().0);
+        let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);
+        if let (Some(border), false) = (&border, self.yielding.is_empty()) {
+            let motion: Vec<f64> = r_border.iter().zip(self.yielding).map(|(r, y)| r * y).collect();
+            let mut rows = vec![[0.0; B]; r.len()];
+            border.add_to_mesh(&motion, &mut rows);
+            r.iter_mut().zip(&rows).for_each(|(r, row)| r[B - 1] -= row[B - 1]);
+        }
         match &mut self.preconditioner {
             Some(preconditioner) => preconditioner.apply(self.analysis, r, z),
             None => z.copy_from_slice(r),

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! X ← S_t⁻¹ D X  (subspace iteration, orthonormal in D = diag S),   B = D X,   Φ = S_t⁻¹ B,   Φᵀ B = 1
-//! W = −F_p (Â⁻¹)_pp E_p Φ,   C = Φᵀ W                                   forces by the pressure of motions: the added mass
+//! W = −F_p (Â⁻¹)_pp E_p (1 − D̂⁻¹ S) Φ,   C = Φᵀ W                                   forces by the pressure of motions: the added mass
 //! C = V Λ Vᵀ,   W ← W V                                                  ordered by what the added mass is over what resists in the solid
 //! S̃ = S_t + W Λ⁻¹ Wᵀ,   S̃⁻¹ r = y − Y (Λ + WᵀY)⁻¹ Wᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ W
 //! ```
@@ -72,7 +72,8 @@ impl<const B: usize> BorderResponse<B> {
 
 impl<const B: usize> CoarseCorrection<B> {
     /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
-    pub fn new(border: &mut dyn Border<B>, nodes: usize, solve_mesh: &mut SolveMesh<'_, B>) -> Self {
+    /// D̂ of which it knows, by 1/D̂.
+    pub fn new(border: &mut dyn Border<B>, nodes: usize, yielding: &[f64], solve_mesh: &mut SolveMesh<'_, B>) -> Self {
         let motions = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
         let mut x = at_rest.clone();
@@ -80,6 +81,11 @@ impl<const B: usize> CoarseCorrection<B> {
         let mut force_on = |motion: &Vec<f64>| {
             let (mut rows, mut force) = (at_rest.clone(), vec![0.0; motion.len()]);
             border.multiply((&at_rest, motion), (&mut rows, &mut force));
+            if !yielding.is_empty() {
+                let rest = motion.iter().zip(yielding).zip(&force).map(|((x, y), force)| x - y * force);
+                rows.fill([0.0; B]);
+                border.add_to_mesh(&rest.collect::<Vec<_>>(), &mut rows);
+            }
             rows.iter_mut().for_each(pressure_alone);
             solve_mesh(&rows, &mut x);
             x.iter_mut().for_each(pressure_alone);

@@ -31,7 +31,7 @@ mod solver_state;
 mod sparse;
 mod vectors;
 
-pub use border::Border;
+pub use border::{Border, PressureCompliance};
 pub use matrix::BlockMatrix;
 pub use modes::{Mode, lowest_modes};
 pub use pattern::Pattern;

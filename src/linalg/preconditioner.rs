@@ -1,5 +1,6 @@
 //! Preconditioners of FGMRES, and the rule for replacing them.
 
+use super::border::PressureCompliance;
 use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
 use super::pivoted::PivotedFactor;
@@ -85,7 +86,12 @@ pub(super) enum Preconditioner<const B: usize> {
 
 impl<const B: usize> Preconditioner<B> {
     /// The preconditioner of a matrix; `None` if the factorisation breaks down.
-    pub fn new(method: Preconditioning, analysis: Option<&Analysis>, a: &BlockMatrix<B>) -> Option<Self> {
+    pub fn new(
+        method: Preconditioning,
+        analysis: Option<&Analysis>,
+        a: &BlockMatrix<B>,
+        border: &PressureCompliance,
+    ) -> Option<Self> {
         let scaling = a.scaling();
         match (method, analysis) {
             (Preconditioning::Single, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Single),
@@ -93,14 +99,14 @@ impl<const B: usize> Preconditioner<B> {
             (Preconditioning::Pivoted, _) => {
                 PivotedFactor::new(a, &scaling).map(|factor| Self::Pivoted(Box::new(factor)))
             }
-            _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a)))),
+            _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a, border)))),
         }
     }
 
     /// Takes a matrix that differs in few rows, as where a solid has moved, if that costs little: with multigrid, whose coarse levels stay.
-    pub fn refresh(&mut self, a: &BlockMatrix<B>) {
+    pub fn refresh(&mut self, a: &BlockMatrix<B>, border: &PressureCompliance) {
         if let Self::Blocks(blocks) = self {
-            blocks.refresh(a);
+            blocks.refresh(a, border);
         }
     }
 

@@ -1,7 +1,7 @@
 //! The block-triangular preconditioner (theory (F.43), (F.44)).
 //!
 //! ```text
-//! S = C + Q diag(A)⁻¹ G               Q = Gᵀ, but for the consistent stabilisation
+//! S = C + Q diag(A)⁻¹ G + Z           Q = Gᵀ, but for the consistent stabilisation; Z: of solids at the border (theory (J.10c))
 //! δp = −Ŝ⁻¹ (r_p − Q diag(A)⁻¹ r_v)   Ŝ⁻¹: one multigrid cycle
 //! δv = Â⁻¹ (r_v − G δp)               Â⁻¹: symmetric Gauss–Seidel, or multigrid, component by component
 //! ```
@@ -14,6 +14,7 @@
 //! The parts of the matrix that it reads are kept in single precision, without the coupling of velocity components: a third of
 //! the memory traffic, which is what an iteration costs.
 
+use super::border::PressureCompliance;
 use super::matrix::BlockMatrix;
 use super::multigrid::{Csr, Hierarchy, block_rows};
 use super::pattern::Pattern;
@@ -66,14 +67,14 @@ struct Workspace<const B: usize> {
 }
 
 impl<const B: usize> BlockTriangular<B> {
-    /// The preconditioner of a matrix.
-    pub fn new(a: &BlockMatrix<B>) -> Self {
+    /// The preconditioner of a matrix whose border yields to pressure.
+    pub fn new(a: &BlockMatrix<B>, border: &PressureCompliance) -> Self {
         let nodes = a.pattern.rows();
         let inverse_diagonal = inverses(a);
         let viscous = viscous_part(a) > VISCOUS;
         let velocity = if viscous { (0..B - 1).map(|k| Hierarchy::new(component(a, k))).collect() } else { Vec::new() };
         let inverse_mass = if viscous { inverse_masses(a) } else { inverse_diagonal.clone() };
-        let schur = Hierarchy::new(schur_complement(a, &inverse_mass));
+        let schur = Hierarchy::new(schur_complement(a, &inverse_mass, border));
         let inverse_schur = viscous.then(|| inverse_schur(a, &inverse_diagonal));
         let zeros = || vec![[0.0; B]; nodes];
         let room = Workspace {
@@ -87,14 +88,14 @@ impl<const B: usize> BlockTriangular<B> {
     }
 
     /// Takes a matrix that differs in few rows; the coarse levels of multigrid stay.
-    pub fn refresh(&mut self, a: &BlockMatrix<B>) {
+    pub fn refresh(&mut self, a: &BlockMatrix<B>, border: &PressureCompliance) {
         let inverse_diagonal = inverses(a);
         for (k, hierarchy) in self.velocity.iter_mut().enumerate() {
             hierarchy.refresh(component(a, k));
         }
         let is_viscous = self.inverse_schur.is_some();
         let inverse_mass = if is_viscous { inverse_masses(a) } else { inverse_diagonal.clone() };
-        self.schur.refresh(schur_complement(a, &inverse_mass));
+        self.schur.refresh(schur_complement(a, &inverse_mass, border));
         self.inverse_schur = is_viscous.then(|| inverse_schur(a, &inverse_diagonal));
         self.parts = Parts::new(a, &inverse_diagonal);
     }
@@ -293,10 +294,13 @@ fn component<const B: usize>(a: &BlockMatrix<B>, k: usize) -> Csr {
     })
 }
 
-/// S = C + Q W G for a diagonal W. An unknown without couplings, as a pinned pressure, keeps its own diagonal.
-fn schur_complement<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]]) -> Csr {
+/// S = C + Q W G + Z for a diagonal W. An unknown without couplings, as a pinned pressure, keeps its own diagonal.
+fn schur_complement<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]], border: &PressureCompliance) -> Csr {
     let columns = a.pattern.columns();
     Csr::from_rows(a.pattern.rows(), a.pattern.rows(), |i, row| {
+        let first = border.entries.partition_point(|entry| (entry.0 as usize) < i);
+        let own = border.entries[first..].iter().take_while(|entry| entry.0 as usize == i);
+        own.for_each(|&(_, column, value)| row.add(column as usize, value as f32));
         for first in a.pattern.row(i) {
             let middle = columns[first] as usize;
             let block = &a.values[first][B - 1];

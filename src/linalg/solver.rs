@@ -1,6 +1,6 @@
 //! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
 
-use super::border::Border;
+use super::border::{Border, PressureCompliance};
 use super::bordered::{BorderedMatrix, Preconditioned};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
@@ -97,6 +97,9 @@ pub struct LinearSolver<const B: usize> {
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
     source: Option<BlockMatrix<B>>,
+    /// How the border of the system at hand yields to pressure, and that of `source`; none where the preconditioner can't take it.
+    compliance: PressureCompliance,
+    source_compliance: PressureCompliance,
     /// The coarse correction of the border.
     coarse: Option<CoarseCorrection<B>>,
     reuse: ReusePolicy,
@@ -116,6 +119,8 @@ impl<const B: usize> LinearSolver<B> {
             analysis: None,
             preconditioner: None,
             source: None,
+            compliance: PressureCompliance::default(),
+            source_compliance: PressureCompliance::default(),
             coarse: None,
             reuse: ReusePolicy::default(),
             krylov: Krylov::default(),
@@ -177,8 +182,12 @@ impl<const B: usize> LinearSolver<B> {
         let guess = x.to_vec();
         let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
         self.return_to_usual();
+        self.compliance = match (&system.border, self.method) {
+            (Some(border), Preconditioning::Iterative) => border.compliance(),
+            _ => PressureCompliance::default(),
+        };
         if let (Some(preconditioner), Some(_), false) = (&mut self.preconditioner, &system.border, self.reuse.replace) {
-            preconditioner.refresh(system.a);
+            preconditioner.refresh(system.a, &self.compliance);
         }
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
@@ -226,6 +235,7 @@ impl<const B: usize> LinearSolver<B> {
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
+            compliance: kept.map_or_else(Vec::new, |_| flat(&self.source_compliance)),
             coarse: self.coarse.as_ref().map_or_else(Vec::new, CoarseCorrection::state),
             counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
@@ -234,8 +244,14 @@ impl<const B: usize> LinearSolver<B> {
     /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
     pub fn fits(&self, state: &SolverState) -> bool {
         let coarse = CoarseCorrection::<B>::fits(&state.coarse);
+        let rows = self.pattern.rows() as f64;
+        let is_entry = |&[row, column, value]: &[f64; 3]| row < rows && column < rows && value.is_finite();
+        let compliance = state.compliance.as_chunks::<3>();
         state.counters.are_possible()
             && coarse
+            && compliance.1.is_empty()
+            && compliance.0.iter().all(is_entry)
+            && compliance.0.is_sorted_by_key(|entry| entry[0])
             && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
@@ -254,6 +270,7 @@ impl<const B: usize> LinearSolver<B> {
         self.preconditioner = None;
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
+            self.compliance = PressureCompliance { entries: entries(&state.compliance), ..Default::default() };
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
         }
         self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
@@ -283,7 +300,8 @@ impl<const B: usize> LinearSolver<B> {
         let room = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
         let coarse = self.coarse.as_ref();
-        let mut system = Preconditioned { system, analysis, preconditioner, coarse, room };
+        let yielding = &self.compliance.yielding[..];
+        let mut system = Preconditioned { system, analysis, preconditioner, coarse, yielding, room };
         self.krylov.solve(&mut system, x, residual, limits)
     }
 
@@ -299,7 +317,7 @@ impl<const B: usize> LinearSolver<B> {
                 Some(preconditioner) => preconditioner.apply(analysis, r, x),
                 None => x.copy_from_slice(r),
             };
-            let mut coarse = CoarseCorrection::new(*border, own / B, &mut solve_mesh);
+            let mut coarse = CoarseCorrection::new(*border, own / B, &self.compliance.yielding, &mut solve_mesh);
             coarse.take_up(*border);
             self.coarse = Some(coarse);
         }
@@ -313,7 +331,8 @@ impl<const B: usize> LinearSolver<B> {
             }
         }
         self.preconditioner = None;
-        self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a);
+        self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a, &self.compliance);
+        self.source_compliance.clone_from(&self.compliance);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
             (Preconditioning::Iterative, _) | (_, None) => HIERARCHY_PRICE,
@@ -334,6 +353,7 @@ impl<const B: usize> LinearSolver<B> {
             self.detour.begin();
         }
         self.method = self.methods[(place + 1) % self.methods.len()];
+        self.compliance = PressureCompliance::default();
         self.reuse.replace = true;
     }
 
@@ -347,6 +367,16 @@ impl<const B: usize> LinearSolver<B> {
             self.reuse.replace = true;
         }
     }
+}
+
+/// Entries as numbers of a checkpoint: row, column, value.
+fn flat(compliance: &PressureCompliance) -> Vec<f64> {
+    compliance.entries.iter().flat_map(|&(row, column, value)| [f64::from(row), f64::from(column), value]).collect()
+}
+
+/// The entries with these numbers.
+fn entries(flat: &[f64]) -> Vec<(u32, u32, f64)> {
+    flat.as_chunks::<3>().0.iter().map(|&[row, column, value]| (row as u32, column as u32, value)).collect()
 }
 
 fn scaled_norm(b: &[f64], scaling: &[f64], work: &mut [f64]) -> f64 {

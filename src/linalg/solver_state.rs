@@ -8,6 +8,8 @@ use bytemuck::{Pod, Zeroable};
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
+    /// How its border yields to pressure: row, column and value of entries; empty if the preconditioner doesn't know.
+    pub compliance: Vec<f64>,
     /// The coarse correction of the border; empty if there is none.
     pub coarse: Vec<f64>,
     /// Counters of its use.

@@ -126,7 +126,7 @@ impl SparseMatrix {
     }
 
     /// 1/√|a_ii|; 1 where that is zero.
-    fn scaling(&self) -> Vec<f64> {
+    pub fn scaling(&self) -> Vec<f64> {
         let diagonal = |row: usize| self.entry(row, row).map_or(0.0, |n| self.values[n].abs());
         (0..self.rows()).map(|row| if diagonal(row) > 0.0 { 1.0 / diagonal(row).sqrt() } else { 1.0 }).collect()
     }

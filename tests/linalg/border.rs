@@ -82,17 +82,21 @@ impl Border<3> for Pistons {
     }
 
     fn multiply(&self, (x, y): (&[[f64; 3]], &[f64]), (rows, own): (&mut [[f64; 3]], &mut [f64])) {
-        let mut bottom = vec![[0.0; 3]; x.len()];
+        self.add_to_mesh(y, rows);
+        let forces = self.forces(x);
+        for (j, own) in own.iter_mut().enumerate() {
+            *own = forces[j] + self.matrix[j].iter().zip(y).map(|(s, y)| s * y).sum::<f64>();
+        }
+    }
+
+    fn add_to_mesh(&self, y: &[f64], rows: &mut [[f64; 3]]) {
+        let mut bottom = vec![[0.0; 3]; rows.len()];
         for (moves, y) in self.moves.iter().zip(y) {
             moves.iter().for_each(|&(i, p)| bottom[i][1] += p * y);
         }
         for (i, row) in rows.iter_mut().enumerate() {
             let product = self.free.row_product(i, &bottom);
             (0..3).filter(|&k| k == 2 || !self.walls[i]).for_each(|k| row[k] += product[k]);
-        }
-        let forces = self.forces(x);
-        for (j, own) in own.iter_mut().enumerate() {
-            *own = forces[j] + self.matrix[j].iter().zip(y).map(|(s, y)| s * y).sum::<f64>();
         }
     }
 

@@ -110,6 +110,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
 fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.solver_state = pfem.system.solver_state();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
+    visit("solver/compliance", Column::growing(&mut pfem.solver_state.compliance));
     visit("solver/coarse", Column::growing(&mut pfem.solver_state.coarse));
     visit("solver/counters", Column::record(&mut pfem.solver_state.counters));
     visit("solver/preconditioners", Column::scalar(&mut pfem.system.preconditioners));

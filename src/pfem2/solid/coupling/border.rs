@@ -7,11 +7,12 @@
 //!
 //! Prescribed unknowns of the fluid are eliminated: their columns go to the right-hand sides.
 
+use super::compliance::compliance;
 use super::element::CoupledElement;
 use super::immersed::Immersed;
 use super::near_nodes::NearNodes;
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, Border, SparseMatrix};
+use crate::linalg::{BlockMatrix, Border, PressureCompliance, SparseMatrix};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
@@ -30,6 +31,7 @@ pub struct SolidBorder<const D: usize, const N: usize> {
     /// prescribed, with s of the diagonal of S: the solution is measured by all that moves.
     matrix: SparseMatrix,
     near: NearNodes,
+    compliance: PressureCompliance,
     /// Prescribed velocities of these rows [m/s].
     prescribed: Vec<f64>,
     /// Right-hand side [N].
@@ -63,8 +65,10 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let matrix = SparseMatrix::from_triplets(load.len() + fixed.len(), matrix.triplets().chain(rows).collect());
         load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
         let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid)?;
+        let diagonal: Vec<f64> = matrix.scaling().iter().map(|s| s.powi(-2)).collect();
+        let compliance = compliance(&couplings, &equations.velocities, &diagonal, &fluid.pattern);
         let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();
-        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, near, prescribed, load })
+        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, near, compliance, prescribed, load })
     }
 
     /// Guess with which iterations begin, by the independent velocities.
@@ -150,13 +154,19 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
 
     fn multiply(&self, (x, w): (&[[f64; N]], &[f64]), (rows, own): (&mut [[f64; N]], &mut [f64])) {
         self.matrix.multiply(w, own);
-        let velocity = self.velocities.added(w);
-        let mut forces = vec![0.0; velocity.len()];
-        for coupling in &self.couplings {
-            coupling.add_flux(&velocity, rows);
-            coupling.add_forces(x, &mut forces);
-        }
+        self.add_to_mesh(w, rows);
+        let mut forces = vec![0.0; self.velocities.unknowns()];
+        self.couplings.iter().for_each(|coupling| coupling.add_forces(x, &mut forces));
         own.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(own, force)| *own += force);
+    }
+
+    fn add_to_mesh(&self, w: &[f64], rows: &mut [[f64; N]]) {
+        let velocity = self.velocities.added(w);
+        self.couplings.iter().for_each(|coupling| coupling.add_flux(&velocity, rows));
+    }
+
+    fn compliance(&self) -> PressureCompliance {
+        self.compliance.clone()
     }
 
     fn subtract(&self, x: &[[f64; N]], rows: &mut [f64]) {

@@ -13,6 +13,7 @@
 
 mod assemble;
 pub mod border;
+mod compliance;
 pub mod element;
 mod enriched;
 pub mod fluid_part;
