@@ -35,8 +35,8 @@ pub trait Border<const B: usize> {
     /// Subtracts F x from rows of the border.
     fn subtract(&self, x: &[[f64; B]], rows: &mut [f64]);
 
-    /// Adds E y to the rows of the mesh.
-    fn add_to_mesh(&self, y: &[f64], rows: &mut [[f64; B]]);
+    /// Adds E_p y to the rows of continuity.
+    fn add_to_continuity(&self, y: &[f64], rows: &mut [[f64; B]]);
 
     /// How the border yields to pressure, for preconditioners that can take it.
     fn compliance(&self) -> PressureCompliance {

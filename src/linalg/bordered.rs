@@ -65,10 +65,8 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
         let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
         let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);
         if let (Some(border), false) = (&border, self.yielding.is_empty()) {
-            let motion: Vec<f64> = r_border.iter().zip(self.yielding).map(|(r, y)| r * y).collect();
-            let mut rows = vec![[0.0; B]; r.len()];
-            border.add_to_mesh(&motion, &mut rows);
-            r.iter_mut().zip(&rows).for_each(|(r, row)| r[B - 1] -= row[B - 1]);
+            let motion: Vec<f64> = r_border.iter().zip(self.yielding).map(|(r, y)| -r * y).collect();
+            border.add_to_continuity(&motion, r);
         }
         match &mut self.preconditioner {
             Some(preconditioner) => preconditioner.apply(self.analysis, r, z),

@@ -72,23 +72,20 @@ impl<const B: usize> BorderResponse<B> {
 
 impl<const B: usize> CoarseCorrection<B> {
     /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
-    /// D̂ of which it knows, by 1/D̂.
+    /// `yielding` has 1/D̂ where that knows how the border yields to pressure.
     pub fn new(border: &mut dyn Border<B>, nodes: usize, yielding: &[f64], solve_mesh: &mut SolveMesh<'_, B>) -> Self {
         let motions = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
         let mut x = at_rest.clone();
-        let pressure_alone = |row: &mut [f64; B]| row[..B - 1].fill(0.0);
         let mut force_on = |motion: &Vec<f64>| {
             let (mut rows, mut force) = (at_rest.clone(), vec![0.0; motion.len()]);
             border.multiply((&at_rest, motion), (&mut rows, &mut force));
-            if !yielding.is_empty() {
-                let rest = motion.iter().zip(yielding).zip(&force).map(|((x, y), force)| x - y * force);
-                rows.fill([0.0; B]);
-                border.add_to_mesh(&rest.collect::<Vec<_>>(), &mut rows);
-            }
-            rows.iter_mut().for_each(pressure_alone);
+            let yields = |k: usize| yielding.get(k).map_or(0.0, |yields| yields * force[k]);
+            let rest: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x - yields(k)).collect();
+            rows.fill([0.0; B]);
+            border.add_to_continuity(&rest, &mut rows);
             solve_mesh(&rows, &mut x);
-            x.iter_mut().for_each(pressure_alone);
+            x.iter_mut().for_each(|x| x[..B - 1].fill(0.0));
             force.fill(0.0);
             border.subtract(&x, &mut force);
             force

@@ -364,6 +364,7 @@ impl<const B: usize> LinearSolver<B> {
             self.detour = Detour::default();
         } else if self.detour.rest == 0 {
             self.method = self.methods[0];
+            self.coarse = None;
             self.reuse.replace = true;
         }
     }

@@ -76,28 +76,35 @@ impl Pistons {
     }
 }
 
+impl Pistons {
+    /// A P y with a free bottom.
+    fn flux(&self, y: &[f64]) -> Vec<[f64; 3]> {
+        let mut bottom = vec![[0.0; 3]; self.walls.len()];
+        for (moves, y) in self.moves.iter().zip(y) {
+            moves.iter().for_each(|&(i, p)| bottom[i][1] += p * y);
+        }
+        (0..bottom.len()).map(|i| self.free.row_product(i, &bottom)).collect()
+    }
+}
+
 impl Border<3> for Pistons {
     fn scaling(&self) -> Vec<f64> {
         (0..self.moves.len()).map(|j| self.matrix[j][j].sqrt().recip()).collect()
     }
 
     fn multiply(&self, (x, y): (&[[f64; 3]], &[f64]), (rows, own): (&mut [[f64; 3]], &mut [f64])) {
-        self.add_to_mesh(y, rows);
+        let flux = self.flux(y);
+        for (i, row) in rows.iter_mut().enumerate() {
+            (0..3).filter(|&k| k == 2 || !self.walls[i]).for_each(|k| row[k] += flux[i][k]);
+        }
         let forces = self.forces(x);
         for (j, own) in own.iter_mut().enumerate() {
             *own = forces[j] + self.matrix[j].iter().zip(y).map(|(s, y)| s * y).sum::<f64>();
         }
     }
 
-    fn add_to_mesh(&self, y: &[f64], rows: &mut [[f64; 3]]) {
-        let mut bottom = vec![[0.0; 3]; rows.len()];
-        for (moves, y) in self.moves.iter().zip(y) {
-            moves.iter().for_each(|&(i, p)| bottom[i][1] += p * y);
-        }
-        for (i, row) in rows.iter_mut().enumerate() {
-            let product = self.free.row_product(i, &bottom);
-            (0..3).filter(|&k| k == 2 || !self.walls[i]).for_each(|k| row[k] += product[k]);
-        }
+    fn add_to_continuity(&self, y: &[f64], rows: &mut [[f64; 3]]) {
+        rows.iter_mut().zip(self.flux(y)).for_each(|(row, flux)| row[2] += flux[2]);
     }
 
     fn subtract(&self, x: &[[f64; 3]], rows: &mut [f64]) {

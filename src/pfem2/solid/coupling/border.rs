@@ -154,15 +154,20 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
 
     fn multiply(&self, (x, w): (&[[f64; N]], &[f64]), (rows, own): (&mut [[f64; N]], &mut [f64])) {
         self.matrix.multiply(w, own);
-        self.add_to_mesh(w, rows);
-        let mut forces = vec![0.0; self.velocities.unknowns()];
-        self.couplings.iter().for_each(|coupling| coupling.add_forces(x, &mut forces));
+        let velocity = self.velocities.added(w);
+        let mut forces = vec![0.0; velocity.len()];
+        for coupling in &self.couplings {
+            coupling.add_flux(&velocity, rows);
+            coupling.add_forces(x, &mut forces);
+        }
         own.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(own, force)| *own += force);
     }
 
-    fn add_to_mesh(&self, w: &[f64], rows: &mut [[f64; N]]) {
+    fn add_to_continuity(&self, w: &[f64], rows: &mut [[f64; N]]) {
         let velocity = self.velocities.added(w);
-        self.couplings.iter().for_each(|coupling| coupling.add_flux(&velocity, rows));
+        for coupling in &self.couplings {
+            rows[coupling.node as usize][N - 1] += coupling.volume_flux(&velocity);
+        }
     }
 
     fn compliance(&self) -> PressureCompliance {

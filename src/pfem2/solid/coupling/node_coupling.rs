@@ -111,6 +111,14 @@ impl<const D: usize, const N: usize> NodeCoupling<D, N> {
         rows[self.node as usize].iter_mut().zip(sum).for_each(|(row, sum)| *row += sum);
     }
 
+    /// E_p y in the row of continuity of the node.
+    pub fn volume_flux(&self, velocity: &[f64]) -> f64 {
+        let of = |(block, &a): (&[[f64; D]; N], &u32)| -> f64 {
+            block[N - 1].iter().zip(&velocity[a as usize * D..]).map(|(e, v)| e * v).sum()
+        };
+        self.to_fluid.iter().zip(&self.solid).map(of).sum()
+    }
+
     /// Adds F x to the rows of the nodes of solids.
     pub fn add_forces(&self, x: &[[f64; N]], forces: &mut [f64]) {
         let x = x[self.node as usize];
