@@ -29,6 +29,7 @@ mod schur;
 mod solver;
 mod solver_state;
 mod sparse;
+mod symmetric_factor;
 mod vectors;
 
 pub use border::{Border, PressureCompliance};
@@ -38,3 +39,4 @@ pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverKind, SolverOptions};
 pub use solver_state::{KEPT, REPLACED, SolverCounters, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};
+pub use symmetric_factor::PreconditioningFactor;

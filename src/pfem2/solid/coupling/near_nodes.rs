@@ -9,18 +9,17 @@
 //! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
 
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, SparseFactor, SparseMatrix};
+use crate::linalg::{BlockMatrix, PreconditioningFactor, SparseMatrix};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
-/// ε: share of a node's diagonal that solids have, above which the node is solved with them, in the plane and in space, where the factor costs more
-/// than the iterations that more nodes save.
-const NEAR: [f64; 2] = [0.01, 0.25];
+/// ε: share of a node's diagonal that solids have, above which the node is solved with them.
+const NEAR: f64 = 0.01;
 
 /// The border with its near nodes.
 pub struct NearNodes {
     /// The nodes, ascending.
     pub nodes: Vec<u32>,
-    factor: SparseFactor,
+    factor: PreconditioningFactor,
     work: Vec<f64>,
     solution: Vec<f64>,
 }
@@ -56,7 +55,7 @@ impl NearNodes {
             }
         }
         let unknowns = border.rows() + nodes.len() * D;
-        let factor = SparseFactor::new(&SparseMatrix::from_triplets(unknowns, entries))?;
+        let factor = PreconditioningFactor::new(&SparseMatrix::from_triplets(unknowns, entries))?;
         Some(Self { nodes, factor, work: vec![0.0; unknowns], solution: vec![0.0; unknowns] })
     }
 
@@ -81,7 +80,7 @@ fn near<const D: usize, const N: usize>(couplings: &[NodeCoupling<D, N>], fluid:
         let diagonal = &fluid.values[fluid.pattern.diagonal(coupling.node as usize)];
         (0..D).any(|r| {
             let share: f64 = coupling.to_fluid.iter().flat_map(|block| block[r]).map(f64::abs).sum();
-            share > NEAR[D - 2] * diagonal[r][r]
+            share > NEAR * diagonal[r][r]
         })
     };
     couplings.iter().filter(is_near).map(|coupling| coupling.node).collect()
