@@ -10,6 +10,7 @@
 //! with such solids τ is at most the time in which gravity moves them by an element.
 
 use crate::error::{Place, StepError};
+use crate::linalg::FactorisedPart;
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::equations::system::TimeStep;
@@ -92,6 +93,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn relax(&mut self, dt: f64, last: f64) -> Result<IterationMotion, StepError> {
         let step = at_start(dt);
         self.predict_solids(step)?;
+        if let Some(immersed) = &mut self.system.immersed {
+            // What no load moves, as a free solid without weight, isn't to move by what isn't symmetric.
+            immersed.factorised = FactorisedPart::All;
+        }
         self.follow_solids(last);
         let convected = self.system.imposed(step, &vec![Vector::ZERO; self.places.len()]);
         self.system.solve(step, &self.interface.phases(), &convected)?;

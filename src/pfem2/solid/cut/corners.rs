@@ -8,8 +8,9 @@
 //!
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
+use super::cut_point::{CLOSEST, CLOSEST_GLIDING};
 use super::tips::Tip;
-use super::{CLOSEST, CLOSEST_GLIDING, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
+use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{SolidSurface, SurfaceCorner};

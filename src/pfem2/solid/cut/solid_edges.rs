@@ -10,10 +10,9 @@
 //! the edge of the solid passes beside them, they are cones about a place amid p and q.
 
 use super::cones::{Corner, CrossedElement};
+use super::cut_point::{AT_NODE, CLOSEST_GLIDING, crossing};
 use super::edge_passages::{EdgePoint, INSIDE, Passage, SharpEdges, moved_inside};
-use super::{
-    AT_NODE, CLOSEST_GLIDING, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts,
-};
+use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
 use crate::parallel;

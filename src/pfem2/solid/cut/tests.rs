@@ -1,5 +1,6 @@
 use super::super::mesh::SolidMesh;
 use super::super::surface::tests::{disc, interpolate, rotation, surface_of, turned_box};
+use super::cut_point::AT_NODE;
 use super::*;
 use crate::mesh::Simplex;
 use proptest::prelude::*;

@@ -7,7 +7,8 @@
 //! ```
 
 use super::corners::{PolygonCorner, triangulated};
-use super::{ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts};
+use super::cut_point::crossing;
+use super::{ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::cut::CutBySolid;

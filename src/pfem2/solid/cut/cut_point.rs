@@ -1,0 +1,139 @@
+//! Points where edges of the mesh cross the surface of solids, and how they move (theory (J.6)–(J.6c)).
+//!
+//! ```text
+//! x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ (0, 1)         c on the edge from i, outside, to j, inside
+//! v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i                  P_s = 1 where the fluid sticks
+//! ```
+
+use super::super::setup::SurfaceCondition;
+use super::super::surface::{NearestPoint, NodeWeights, SolidSurface};
+use crate::math::{Tensor, Vector};
+use crate::mesh::Mesh;
+
+/// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver
+/// digits, and tie nodes to solids.
+pub(super) const CLOSEST: f64 = 1e-4;
+
+/// Cut points keep this fraction of their edge away from its end inside: fluid between two of them moves with
+/// the solid.
+pub(super) const AT_NODE: f64 = 1e-6;
+
+/// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside
+/// together.
+pub(super) const CLOSEST_GLIDING: f64 = 1e-3;
+
+/// A point of the surface that is a corner of the fluid part of elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutPoint<const D: usize> {
+    /// The node outside and the node inside of the edge of the mesh on which it lies. `None` on a corner or an edge
+    /// of the solid, and on an edge of the mesh that the solid crosses between two nodes outside.
+    pub edge: Option<[u32; 2]>,
+    /// The node outside that the fluid there follows in the directions in which it isn't bound to the solid.
+    pub gliding_node: Option<u32>,
+    /// Position [m]: on an edge of the mesh, on a face, or inside an element.
+    pub position: Vector<D>,
+    /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
+    pub weights: NodeWeights,
+    /// P_s, the projection on the directions in which the fluid is bound to the solid, where it glides in others
+    /// (theory (J.6a)–(J.6c)); `None` where it sticks.
+    pub bound_directions: Option<Tensor<D>>,
+}
+
+/// Shares of the solid and of a node outside in the velocity of a cut point, v_c = P_s v_s + P_o v_o.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VelocityShares<const D: usize> {
+    /// P_s.
+    pub solid: Tensor<D>,
+    /// P_o; `None` where the node has no share.
+    pub node: Option<Tensor<D>>,
+}
+
+impl<const D: usize> CutPoint<D> {
+    /// The shares in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s, and
+    /// the gliding node in the others, P_o = 1 − P_s (theory (J.6a)–(J.6c)).
+    pub fn shares(&self) -> VelocityShares<D> {
+        match self.bound_directions {
+            Some(bound) => VelocityShares { solid: bound, node: Some(Tensor::identity() - bound) },
+            None => VelocityShares { solid: Tensor::identity(), node: None },
+        }
+    }
+
+    /// Its velocity, by those of nodes of the mesh and of solids [m/s].
+    pub fn velocity(&self, of_node: &dyn Fn(usize) -> Vector<D>, of_solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
+        let VelocityShares { solid, node } = self.shares();
+        let surface: Vector<D> = self.weights.iter().map(|&(a, w)| of_solid(a as usize) * w).sum();
+        let gliding = node.zip(self.gliding_node).map_or(Vector::ZERO, |(p, i)| p.apply(of_node(i as usize)));
+        solid.apply(surface) + gliding
+    }
+}
+
+/// The cut point of an edge from the node outside to the node inside.
+pub(super) fn cut_point<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    surface: &SolidSurface<D>,
+    conditions: &[SurfaceCondition],
+    distance: &[f64],
+    edge: [u32; 2],
+) -> CutPoint<D> {
+    let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
+    let at = |t: f64| start + (end - start) * t;
+    let ends = edge.map(|node| distance[node as usize]);
+    let (t, foot) = crossing(surface, at, ends, level_of(mesh, surface, edge[1], ends[1]), (end - start).norm());
+    let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
+    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
+    let kept = t.clamp(CLOSEST, 1.0 - last);
+    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
+    let bound_directions =
+        foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
+    let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
+    CutPoint { edge: Some(edge), gliding_node: Some(edge[0]), position: at(kept), weights, bound_directions }
+}
+
+/// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface,
+/// which the edge may meet before or follow, or outside of it: a little above that of the node.
+fn level_of<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    surface: &SolidSurface<D>,
+    node: u32,
+    distance: f64,
+) -> f64 {
+    let margin = AT_NODE * smallest_element(mesh, node as usize);
+    if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
+}
+
+/// Point where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given
+/// the distances at its ends, of which the first is above the level and the second is not; the nearest point
+/// of the surface there, if the crossing was found.
+pub(super) fn crossing<const D: usize>(
+    surface: &SolidSurface<D>,
+    at: impl Fn(f64) -> Vector<D>,
+    [outside, inside]: [f64; 2],
+    level: f64,
+    length: f64,
+) -> (f64, Option<NearestPoint<D>>) {
+    const PASSES: usize = 40;
+    /// Distance from the surface, relative to the edge.
+    const TOLERANCE: f64 = 1e-7;
+    let edge = at(1.0) - at(0.0);
+    let mut t = (outside - level) / (outside - inside);
+    let mut bracket = [0.0, 1.0];
+    for _ in 0..PASSES {
+        let Some(foot) = surface.foot(at(t)) else { break };
+        let beyond = foot.distance - level;
+        if beyond.abs() <= TOLERANCE * length {
+            return (t, Some(foot));
+        }
+        bracket[usize::from(beyond < 0.0)] = t;
+        // ∇d is the direction to the nearest point, backwards outside.
+        let gradient = (at(t) - foot.position) / foot.distance;
+        let next = t - beyond / gradient.dot(edge);
+        t = if bracket[0] < next && next < bracket[1] { next } else { 0.5 * (bracket[0] + bracket[1]) };
+    }
+    (t, None)
+}
+
+/// Size of the smallest element around a node [m].
+pub(super) fn smallest_element<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> f64 {
+    let volumes = mesh.elements_around(node).iter().map(|&e| mesh.simplex(e as usize).volume);
+    volumes.fold(f64::INFINITY, f64::min).powf(1.0 / D as f64)
+}
