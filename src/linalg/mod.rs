@@ -39,4 +39,4 @@ pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverKind, SolverOptions};
 pub use solver_state::{KEPT, REPLACED, SolverCounters, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};
-pub use symmetric_factor::{FactorisedPart, PreconditioningFactor};
+pub use symmetric_factor::PreconditioningFactor;

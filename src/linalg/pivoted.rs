@@ -5,8 +5,7 @@
 //! four times the time and memory of the symmetric factor, and its structure depends on the numbers.
 
 use super::matrix::BlockMatrix;
-use faer::MatMut;
-use faer::linalg::solvers::Solve;
+use super::sparse::solve_scaled;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
@@ -30,11 +29,7 @@ impl PivotedFactor {
 
     /// z = A⁻¹ r.
     pub fn solve<const B: usize>(&mut self, r: &[[f64; B]], z: &mut [[f64; B]]) {
-        let (r, z) = (r.as_flattened(), z.as_flattened_mut());
-        self.work.iter_mut().zip(r).zip(&self.scaling).for_each(|((work, r), s)| *work = r * s);
-        let rows = self.work.len();
-        self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.work, rows, 1));
-        z.iter_mut().zip(&self.work).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
+        solve_scaled(&self.factor, &self.scaling, &mut self.work, r.as_flattened(), z.as_flattened_mut());
     }
 }
 

@@ -80,6 +80,9 @@ const DOUBLE_PATIENCE: usize = 80;
 /// Cost of a new multigrid hierarchy, in iterations.
 const HIERARCHY_PRICE: f64 = 8.0;
 
+/// The same for a system with a border, of which a kept hierarchy takes the finest matrix: what a new one costs more than that.
+const REFRESHED_PRICE: f64 = 4.5;
+
 /// Cost of a new factor with row exchanges, in iterations.
 const PIVOTED_PRICE: f64 = 30.0;
 
@@ -191,7 +194,7 @@ impl<const B: usize> LinearSolver<B> {
         }
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(system.a);
+                self.rebuild(system.a, system.border.is_some());
                 fresh = true;
             }
             self.take_up(&mut system);
@@ -271,7 +274,7 @@ impl<const B: usize> LinearSolver<B> {
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.compliance = PressureCompliance { entries: entries(&state.compliance), ..Default::default() };
-            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
+            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, false);
         }
         self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
         self.reuse = counters.reuse();
@@ -323,7 +326,7 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    fn rebuild(&mut self, a: &BlockMatrix<B>) {
+    fn rebuild(&mut self, a: &BlockMatrix<B>, bordered: bool) {
         if self.method.symmetric() && self.analysis.is_none() {
             self.analysis = Analysis::new::<B>(&self.pattern, &self.places);
             if self.analysis.is_none() {
@@ -335,6 +338,7 @@ impl<const B: usize> LinearSolver<B> {
         self.source_compliance.clone_from(&self.compliance);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
+            (Preconditioning::Iterative, _) | (_, None) if bordered => REFRESHED_PRICE,
             (Preconditioning::Iterative, _) | (_, None) => HIERARCHY_PRICE,
             (_, Some(analysis)) => analysis.price(),
         };

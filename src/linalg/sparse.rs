@@ -177,6 +177,14 @@ impl CompressedColumns {
     }
 }
 
+/// z = S (S A S)⁻¹ S r with the factor of S A S; `work` is room for a vector.
+pub(super) fn solve_scaled(factor: &impl Solve<f64>, scaling: &[f64], work: &mut [f64], r: &[f64], z: &mut [f64]) {
+    work.iter_mut().zip(r).zip(scaling).for_each(|((work, r), s)| *work = r * s);
+    let rows = work.len();
+    factor.solve_in_place(MatMut::from_column_major_slice_mut(work, rows, 1));
+    z.iter_mut().zip(&*work).zip(scaling).for_each(|((z, work), s)| *z = work * s);
+}
+
 impl SparseFactor {
     /// Factorises; `None` where the structure makes the matrix singular, or it has more entries than 31 bits can count.
     pub fn new(a: &SparseMatrix) -> Option<Self> {
@@ -205,10 +213,7 @@ impl SparseFactor {
 
     /// z = A⁻¹ r; not finite where A is singular.
     pub fn solve(&mut self, r: &[f64], z: &mut [f64]) {
-        self.work.iter_mut().zip(r).zip(&self.scaling).for_each(|((work, r), s)| *work = r * s);
-        let rows = self.work.len();
-        self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.work, rows, 1));
-        z.iter_mut().zip(&self.work).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
+        solve_scaled(&self.factor, &self.scaling, &mut self.work, r, z);
     }
 
     /// A⁻¹ r in the place of each right-hand side: the factor is read once for all of them.

@@ -3,12 +3,10 @@
 //! The order P of least degree is one for symmetric places (Amestoy, Davis & Duff 1996): of solids in space it leaves a fraction of the
 //! numbers that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).
 
-use super::modes::start;
-use super::sparse::{SparseFactor, SparseMatrix};
-use faer::linalg::solvers::Solve;
+use super::sparse::{SparseFactor, SparseMatrix, solve_scaled};
+use faer::Side;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{MatMut, Side};
 
 /// The factor of the symmetric part of a matrix.
 struct SymmetricFactor {
@@ -34,31 +32,14 @@ impl SymmetricFactor {
         Some(Self { factor, work: vec![0.0; s.len()], scaling: s })
     }
 
-    /// True if no motion is too soft: by a rough load, which moves what is soft most.
-    fn is_stiff(&mut self) -> bool {
-        let load = start(0, self.scaling.len());
-        let mut answer = vec![0.0; load.len()];
-        let unscaled: Vec<f64> = load.iter().zip(&self.scaling).map(|(r, s)| r / s).collect();
-        self.solve(&unscaled, &mut answer);
-        let moved: f64 = answer.iter().zip(&self.scaling).map(|(z, s)| (z / s).powi(2)).sum();
-        moved <= SOFTEST.powi(2) * load.iter().map(|r| r * r).sum::<f64>()
-    }
-
     /// z = (½ (A + Aᵀ))⁻¹ r.
     fn solve(&mut self, r: &[f64], z: &mut [f64]) {
-        self.work.iter_mut().zip(r).zip(&self.scaling).for_each(|((work, r), s)| *work = r * s);
-        let rows = self.work.len();
-        self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.work, rows, 1));
-        z.iter_mut().zip(&self.work).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
+        solve_scaled(&self.factor, &self.scaling, &mut self.work, r, z);
     }
 }
 
-/// Largest answer to a load, over the load, both scaled: of motions softer than this a residual says so little that all of the matrix is solved, as
-/// of a free solid that is stiff for the step.
-const SOFTEST: f64 = 1e4;
-
-/// A factor that an iteration is preconditioned with: that of the symmetric part of a matrix where it is positive definite and nothing is too soft, or else
-/// of all of it.
+/// A factor that an iteration is preconditioned with: that of the symmetric part of a matrix where it is positive definite, or else of all
+/// of it.
 pub struct PreconditioningFactor(Kind);
 
 enum Kind {
@@ -66,25 +47,11 @@ enum Kind {
     General(Box<SparseFactor>),
 }
 
-/// The part of a matrix that is factorised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum FactorisedPart {
-    /// The symmetric part, where it does.
-    #[default]
-    Symmetric,
-    /// All of it: the solution has no part along motions that no load moves, however soft they are.
-    All,
-}
-
 impl PreconditioningFactor {
     /// Factorises; `None` as in [`SparseFactor::new`].
-    pub fn new(a: &SparseMatrix, part: FactorisedPart) -> Option<Self> {
-        let stiff = |mut factor: SymmetricFactor| factor.is_stiff().then_some(factor);
-        let symmetric = match part {
-            FactorisedPart::Symmetric => SymmetricFactor::new(a).and_then(stiff),
-            FactorisedPart::All => None,
-        };
-        symmetric.map(Kind::Symmetric).or_else(|| SparseFactor::new(a).map(Box::new).map(Kind::General)).map(Self)
+    pub fn new(a: &SparseMatrix) -> Option<Self> {
+        let symmetric = SymmetricFactor::new(a).map(Kind::Symmetric);
+        symmetric.or_else(|| SparseFactor::new(a).map(Box::new).map(Kind::General)).map(Self)
     }
 
     /// z ≈ A⁻¹ r.
@@ -113,7 +80,7 @@ mod tests {
         let x = [1.0, -2.0, 3.0];
         let r: Vec<f64> = h.iter().map(|row| row.iter().zip(&x).map(|(h, x)| h * x).sum()).collect();
         for skew in [0.0, 1e5] {
-            let mut factor = PreconditioningFactor::new(&matrix(h, skew), FactorisedPart::Symmetric).unwrap();
+            let mut factor = PreconditioningFactor::new(&matrix(h, skew)).unwrap();
             assert!(matches!(factor.0, Kind::Symmetric(_)));
             let mut z = [0.0; 3];
             factor.solve(&r, &mut z);
@@ -130,24 +97,9 @@ mod tests {
         a.multiply(&x, &mut r);
         // row 0 by hand
         assert_eq!(r[0], 1.0 - 4.5 * 2.0 + 3.0);
-        let mut factor = PreconditioningFactor::new(&a, FactorisedPart::Symmetric).unwrap();
+        let mut factor = PreconditioningFactor::new(&a).unwrap();
         assert!(matches!(factor.0, Kind::General(_)));
         factor.solve(&r, &mut z);
         assert!(z.iter().zip(&x).all(|(z, x)| (z - x).abs() < 1e-14), "{z:?}");
-    }
-
-    /// So is all of a matrix with a motion, (1, 1, 0), that is a hundred thousand times as soft as others.
-    #[test]
-    fn all_of_a_matrix_with_a_soft_motion_is_solved() {
-        let soft =
-            |stiffness: f64| matrix([[1.0 + stiffness, -1.0, 0.0], [-1.0, 1.0 + stiffness, 0.0], [0.0, 0.0, 2.0]], 0.0);
-        assert!(matches!(
-            PreconditioningFactor::new(&soft(1e-2), FactorisedPart::Symmetric).unwrap().0,
-            Kind::Symmetric(_)
-        ));
-        assert!(matches!(
-            PreconditioningFactor::new(&soft(1e-6), FactorisedPart::Symmetric).unwrap().0,
-            Kind::General(_)
-        ));
     }
 }

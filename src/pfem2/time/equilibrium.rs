@@ -7,10 +7,9 @@
 //! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long
 //! ones are those of Newton's method. The fluid that the solids push away takes its particles and interfaces along.
 //! What carries a solid without supports, as buoyancy does, is not in K, and along a floor nothing may hold it at all:
-//! with such solids τ is at most the time in which gravity moves them by an element.
+//! with such solids τ is at most the time in which gravity, or without weight what their loads do to them at first, moves them by an element.
 
 use crate::error::{Place, StepError};
-use crate::linalg::FactorisedPart;
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::equations::system::TimeStep;
@@ -56,12 +55,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// # Errors
     /// Solids don't come to rest; an element turns inside out, or the system isn't solved.
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
-        let longest = self.longest();
-        let (mut next, mut last) = (dt.min(longest), 0.0);
+        let (mut next, mut last) = (dt.min(self.longest(0.0)), 0.0);
         let (mut largest, mut best): (f64, f64) = (0.0, f64::INFINITY);
         for iteration in 1..=ITERATIONS {
             let motion = self.relax(next, last)?;
             largest = largest.max(motion.acceleration);
+            let longest = self.longest(largest);
             let (tolerance, way) = match longest.is_finite() {
                 true => (FREE_TOLERANCE, FREE_TOLERANCE * self.system.shortest()),
                 false => (TOLERANCE, TOLERANCE * motion.displacement),
@@ -79,24 +78,21 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         Err(self.never_at_rest())
     }
 
-    /// The longest artificial step [s]; infinite where all solids have supports.
-    fn longest(&self) -> f64 {
+    /// The longest artificial step [s], where the largest acceleration so far is `largest` [m/s²]; infinite where all solids have supports.
+    fn longest(&self, largest: f64) -> f64 {
         let setups = self.solids.iter().flat_map(|solids| solids.structure.setups());
         if setups.into_iter().all(|setup| setup.held.iter().any(|held| !held.nodes.is_empty())) {
             return f64::INFINITY;
         }
         let gravity = self.system.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
-        (self.system.shortest() / gravity).sqrt()
+        let acceleration = if gravity > 0.0 { gravity } else { largest };
+        (self.system.shortest() / acceleration).sqrt()
     }
 
     /// An iteration of `dt` [s], after one of `last` [s].
     fn relax(&mut self, dt: f64, last: f64) -> Result<IterationMotion, StepError> {
         let step = at_start(dt);
         self.predict_solids(step)?;
-        if let Some(immersed) = &mut self.system.immersed {
-            // What no load moves, as a free solid without weight, isn't to move by what isn't symmetric.
-            immersed.factorised = FactorisedPart::All;
-        }
         self.follow_solids(last);
         let convected = self.system.imposed(step, &vec![Vector::ZERO; self.places.len()]);
         self.system.solve(step, &self.interface.phases(), &convected)?;

@@ -64,7 +64,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let rows = (first..).zip(&fixed).map(|(k, &(size, _))| (k, k, size));
         let matrix = SparseMatrix::from_triplets(load.len() + fixed.len(), matrix.triplets().chain(rows).collect());
         load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
-        let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid, immersed.factorised)?;
+        let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid)?;
         let diagonal: Vec<f64> = matrix.scaling().iter().map(|s| s.powi(-2)).collect();
         let compliance = compliance(&couplings, &equations.velocities, &diagonal, &fluid.pattern);
         let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();

@@ -6,7 +6,6 @@ use super::element::CoupledElement;
 use super::fluid_part::FluidPart;
 use super::trace::{CutMesh, TracePoint};
 use super::viscous::{CutForces, cut_forces};
-use crate::linalg::FactorisedPart;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -34,8 +33,6 @@ pub struct Immersed<const D: usize, const N: usize> {
     pub velocity_hat: Vec<Vector<D>>,
     /// Their equations, without what the fluid adds; none before the first step.
     pub equations: Option<SolidEquations>,
-    /// The part of their matrix whose factor preconditions.
-    pub factorised: FactorisedPart,
 }
 
 impl<const D: usize, const N: usize> Immersed<D, N> {
@@ -57,7 +54,6 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             independent: guess.copied().collect(),
             velocity_hat,
             equations,
-            factorised: FactorisedPart::default(),
         }
     }
 

@@ -9,7 +9,7 @@
 //! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
 
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, FactorisedPart, PreconditioningFactor, SparseMatrix};
+use crate::linalg::{BlockMatrix, PreconditioningFactor, SparseMatrix};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
 /// ε: share of a node's diagonal that solids have, above which the node is solved with them.
@@ -26,13 +26,12 @@ pub struct NearNodes {
 
 impl NearNodes {
     /// The near nodes, from the matrix of a border, the blocks that couple it to the fluid, and the matrix
-    /// of the fluid, and the part to factorise. `None` if it is singular.
+    /// of the fluid. `None` if it is singular.
     pub fn new<const D: usize, const N: usize>(
         border: &SparseMatrix,
         couplings: &[NodeCoupling<D, N>],
         velocities: &IndependentVelocities,
         fluid: &BlockMatrix<N>,
-        part: FactorisedPart,
     ) -> Option<Self> {
         let nodes = near(couplings, fluid);
         let place = |node: u32| nodes.binary_search(&node).ok();
@@ -56,7 +55,7 @@ impl NearNodes {
             }
         }
         let unknowns = border.rows() + nodes.len() * D;
-        let factor = PreconditioningFactor::new(&SparseMatrix::from_triplets(unknowns, entries), part)?;
+        let factor = PreconditioningFactor::new(&SparseMatrix::from_triplets(unknowns, entries))?;
         Some(Self { nodes, factor, work: vec![0.0; unknowns], solution: vec![0.0; unknowns] })
     }
 
@@ -112,7 +111,7 @@ mod tests {
         let mut velocities = IndependentVelocities::default();
         let first = velocities.add(&[0.0, 0.0]);
         (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
-        let mut nodes = NearNodes::new(&border, &couplings, &velocities, &fluid, FactorisedPart::Symmetric).unwrap();
+        let mut nodes = NearNodes::new(&border, &couplings, &velocities, &fluid).unwrap();
         assert_eq!(nodes.nodes, [1]);
         let (mut near, mut own) = ([[1.0, 2.0, 7.0]], [3.0, 4.0]);
         nodes.solve(&mut near, &mut own);
