@@ -136,6 +136,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.forces.mean.iter().for_each(|force| visit(force.to3()));
         let solids = self.solids.iter().flat_map(|solids| &solids.last.forces_mean);
         solids.for_each(|force| visit(force.to3()));
+        let holding = self.solids.iter().flat_map(|solids| &solids.last.holding.mean);
+        holding.for_each(|force| visit(force.to3()));
         let on_particles = self.system.particle_solids.iter().flat_map(|solids| &solids.forces);
         on_particles.for_each(|force| visit(force.to3()));
         snapshot::moments(self).for_each(|(_, moment)| visit(moment));

@@ -307,6 +307,18 @@ impl RigidBody {
         }
     }
 
+    /// Force and torque that accelerations ask for about a prediction [N, N m], M q̇ (1 + α Δ), with Δ and α.
+    pub fn inertia_of(
+        &self,
+        prediction: &RigidPrediction,
+        [delta, damping]: [f64; 2],
+        accelerations: &RigidRates,
+    ) -> RigidRates {
+        let RigidRates { velocity, spin } = self.momenta(prediction, accelerations);
+        let factor = 1.0 + damping * delta;
+        RigidRates { velocity: velocity * factor, spin: spin * factor }
+    }
+
     /// Adds M_r and h along the independent velocities, with Δ and α.
     pub fn add_inertia(&self, prediction: &RigidPrediction, coefficients: [f64; 2], inertia: &mut IndependentInertia) {
         let [delta, damping] = coefficients;
