@@ -143,9 +143,10 @@ impl Moduli {
         -self.bulk * volume_ratio.ln()
     }
 
-    /// Deviator of the rate laws after an elastic increment [Pa], Lian (22, 25).
+    /// Deviator of the rate laws after an elastic increment [Pa], theory (B.16).
     #[inline(always)]
     pub fn deviator(&self, increment: &Increment, point: &Point<'_>) -> SymTensor {
+        // Lian (22, 25) with the spin's sign corrected; theory (B.16).
         let half = increment.shear * self.shear;
         (point.deviator + half).rotated(&increment.rotation()) + half
     }

@@ -340,7 +340,7 @@ fn total_form(
     }
 }
 
-/// Bound of the element's greatest frequency (48; theory (C.33)): ω² = c² n μ, where
+/// Bound of the element's greatest frequency (Lian (48); theory (C.33)): ω² = c² n μ, where
 /// μ = ½ t + √(¼ t² − (1 − ν²) d) is the greatest eigenvalue of the strain modes, with the trace t and the
 /// determinant d of Σ_K ∇N_K ⊗ ∇N_K. For a square of side s it gives Δt = 2/ω = s / (c √(1 + ν)).
 #[inline(always)]

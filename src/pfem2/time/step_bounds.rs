@@ -93,8 +93,8 @@ impl StepLimits {
     }
 }
 
-/// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2 (theory
-/// H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
+/// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2
+/// (theory H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
 /// its waves grow a little in theory, and the damping of the scheme outweighs it up to [`LARGEST_OMEGA_DT`].
 fn max_omega_dt(scheme: Scheme) -> f64 {
     match scheme {

@@ -90,7 +90,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// Solves every node for the impulses of the whole sub-step, without the impulses of the last pass, so that they
-    /// may shrink but never pull (53–58; theory (D.12), (D.15)). The contact nodes get the change.
+    /// may shrink but never pull: Lian (54–58), theory (D.12), (D.15). The contact nodes get the change.
     fn solve_nodes(&mut self, partners: &mut Partners<D>, friction: &[Friction], t: f64) {
         let fields = self.fields;
         let (mut touches, mut impulses) = (Vec::new(), Vec::new());
