@@ -13,7 +13,7 @@
 use super::border::Border;
 use super::modes::diagonalise;
 use super::preconditioner::ReusePolicy;
-use super::solver_state::{KEPT, REPLACED};
+use super::solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED};
 use super::vectors::dot;
 
 /// Number of motions at most.
@@ -104,32 +104,36 @@ impl<const B: usize> CoarseCorrection<B> {
         Self { forces, added, reuse, ..Self::default() }
     }
 
-    /// The correction with a state, [`CoarseCorrection::state`].
-    pub fn restored(state: &[f64]) -> Self {
-        let [count, compliance, price, spent, systems, replacement, rest @ ..] = state else { return Self::default() };
-        let (added, forces) = rest.split_at(*count as usize);
-        let forces = forces.chunks((forces.len() / added.len().max(1)).max(1)).map(<[f64]>::to_vec).collect();
-        let replace = *replacement != KEPT;
-        let reuse = ReusePolicy { spent: *spent, systems: *systems, replace, ..ReusePolicy::default().renewed(*price) };
-        Self { forces, added: added.to_vec(), compliance: *compliance, reuse, ..Self::default() }
+    /// The correction of a state, [`CoarseCorrection::state`]; none if there was none.
+    pub fn restored(state: &CoarseState) -> Option<Self> {
+        let CoarseState { counters, added_mass, forces } = state;
+        let CoarseCounters { made, compliance, price, spent, systems, replacement } = *counters;
+        let unknowns = (forces.len() / added_mass.len().max(1)).max(1);
+        let forces = forces.chunks(unknowns).map(<[f64]>::to_vec).collect();
+        let replace = replacement != KEPT;
+        let reuse = ReusePolicy { spent, systems, replace, ..ReusePolicy::default().renewed(price) };
+        (made != 0.0).then(|| Self { forces, added: added_mass.clone(), compliance, reuse, ..Self::default() })
     }
 
-    /// State for a checkpoint: the number of motions, trace(WᵀY) of the first system, the price, the iterations and systems since it was made and
-    /// whether it is to be replaced, Λ and W.
-    pub fn state(&self) -> Vec<f64> {
+    /// The state for a checkpoint.
+    pub fn state(&self) -> CoarseState {
         let ReusePolicy { price, spent, systems, replace, .. } = self.reuse;
         let replacement = if replace { REPLACED } else { KEPT };
-        let numbers = [self.forces.len() as f64, self.compliance, price, spent, systems, replacement];
-        [&numbers[..], &self.added, &self.forces.concat()].concat()
+        let counters = CoarseCounters { made: 1.0, compliance: self.compliance, price, spent, systems, replacement };
+        CoarseState { counters, added_mass: self.added.clone(), forces: self.forces.concat() }
     }
 
     /// True for a state that a correction can be restored from.
-    pub fn fits(state: &[f64]) -> bool {
-        let [count, _, price, spent, systems, _, rest @ ..] = state else { return state.is_empty() };
-        let motions = *count as usize;
-        let possible = (0..=MOTIONS).any(|motions| *count == motions as f64) && rest.len() >= motions;
-        let whole = possible && (rest.len() - motions).checked_rem(motions).map_or(rest.is_empty(), |left| left == 0);
-        whole && [price, spent, systems].iter().all(|sum| **sum >= 0.0) && state.iter().all(|number| number.is_finite())
+    pub fn fits(state: &CoarseState) -> bool {
+        let CoarseState { counters, added_mass, forces } = state;
+        let CoarseCounters { made, compliance, price, spent, systems, replacement } = *counters;
+        let motions = added_mass.len();
+        let is_whole = forces.len().checked_rem(motions).map_or(forces.is_empty(), |left| left == 0);
+        let is_possible = made == 1.0 && motions <= MOTIONS && is_whole;
+        (is_possible || *state == CoarseState::default())
+            && [price, spent, systems].iter().all(|sum| *sum >= 0.0)
+            && [compliance, price, spent, systems, replacement].iter().all(|number| number.is_finite())
+            && added_mass.iter().chain(forces).all(|number| number.is_finite())
     }
 
     /// True if it belongs to a border with so many unknowns, and hasn't cost more than a new one.
@@ -240,24 +244,29 @@ mod tests {
 
     #[test]
     fn only_whole_states_are_restored() {
-        let state = [2.0, 0.7, 14.0, 30.0, 3.0, 0.0, 0.1, 0.2, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-        let restored = CoarseCorrection::<3>::restored(&state);
+        type Correction = CoarseCorrection<3>;
+        let counters =
+            CoarseCounters { made: 1.0, compliance: 0.7, price: 14.0, spent: 30.0, systems: 3.0, replacement: KEPT };
+        let forces = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let state = CoarseState { counters, added_mass: vec![0.1, 0.2], forces };
+        let restored = Correction::restored(&state).unwrap();
         assert_eq!(restored.state(), state);
-        assert!(CoarseCorrection::<3>::fits(&state) && CoarseCorrection::<3>::fits(&[]));
-        assert!(CoarseCorrection::<3>::fits(&CoarseCorrection::<3>::default().state()));
         assert!(restored.serves(3) && !restored.serves(2));
-        let altered = |place: usize, value: f64| {
-            let mut other = state;
-            other[place] = value;
-            CoarseCorrection::<3>::fits(&other)
+        assert!(Correction::restored(&CoarseState::default()).is_none());
+        let without_motions = Correction::default().state();
+        assert!([&state, &CoarseState::default(), &without_motions].into_iter().all(Correction::fits));
+        let altered = |alter: fn(&mut CoarseState)| {
+            let mut other = state.clone();
+            alter(&mut other);
+            Correction::fits(&other)
         };
-        assert!(![-1.0, 0.0, 1.5, 3.0, 15.0, f64::NAN, f64::INFINITY].iter().any(|&count| altered(0, count)));
+        assert!(!altered(|state| state.counters.made = 0.0) && !altered(|state| state.counters.made = f64::NAN));
         assert!(
-            !altered(8, f64::NAN)
-                && !altered(3, -1.0)
-                && !CoarseCorrection::<3>::fits(&state[..13])
-                && !CoarseCorrection::<3>::fits(&[0.0])
+            !altered(|state| state.counters.spent = -1.0) && !altered(|state| state.counters.price = f64::INFINITY)
         );
+        assert!(!altered(|state| state.counters.compliance = f64::NAN) && !altered(|state| state.forces[2] = f64::NAN));
+        assert!(!altered(|state| state.forces.truncate(5)) && !altered(|state| state.added_mass.clear()));
+        assert!(!altered(|state| state.added_mass = vec![0.1; 15]));
     }
 
     /// 2 x + y = 5, x + 3 y = 10 and a zero pivot: by hand.

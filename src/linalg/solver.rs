@@ -8,7 +8,7 @@ use super::krylov::{Attempt, Krylov, Limits};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
-use super::solver_state::{SolverCounters, SolverState};
+use super::solver_state::{CoarseState, SolverCounters, SolverState};
 use super::vectors::{norm, update};
 use std::sync::Arc;
 
@@ -236,10 +236,12 @@ impl<const B: usize> LinearSolver<B> {
     /// The state to keep in a checkpoint.
     pub fn state(&self) -> SolverState {
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
+        let entries = || kept.iter().flat_map(|_| &self.source_compliance.entries);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            compliance: kept.map_or_else(Vec::new, |_| flat(&self.source_compliance)),
-            coarse: self.coarse.as_ref().map_or_else(Vec::new, CoarseCorrection::state),
+            compliance_places: entries().map(|&(row, column, _)| [row, column]).collect(),
+            compliance: entries().map(|&(_, _, value)| value).collect(),
+            coarse: self.coarse.as_ref().map_or_else(CoarseState::default, CoarseCorrection::state),
             counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
     }
@@ -247,14 +249,13 @@ impl<const B: usize> LinearSolver<B> {
     /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
     pub fn fits(&self, state: &SolverState) -> bool {
         let coarse = CoarseCorrection::<B>::fits(&state.coarse);
-        let rows = self.pattern.rows() as f64;
-        let is_entry = |&[row, column, value]: &[f64; 3]| row < rows && column < rows && value.is_finite();
-        let compliance = state.compliance.as_chunks::<3>();
+        let places = &state.compliance_places;
         state.counters.are_possible()
             && coarse
-            && compliance.1.is_empty()
-            && compliance.0.iter().all(is_entry)
-            && compliance.0.is_sorted_by_key(|entry| entry[0])
+            && places.len() == state.compliance.len()
+            && places.as_flattened().iter().all(|&node| (node as usize) < self.pattern.rows())
+            && places.is_sorted_by_key(|place| place[0])
+            && state.compliance.iter().all(|value| value.is_finite())
             && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
@@ -273,10 +274,12 @@ impl<const B: usize> LinearSolver<B> {
         self.preconditioner = None;
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
-            self.compliance = PressureCompliance { entries: entries(&state.compliance), ..Default::default() };
+            let entries = state.compliance_places.iter().zip(&state.compliance);
+            let entries = entries.map(|(&[row, column], &value)| (row, column, value)).collect();
+            self.compliance = PressureCompliance { entries, ..Default::default() };
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, false);
         }
-        self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
+        self.coarse = CoarseCorrection::restored(&state.coarse);
         self.reuse = counters.reuse();
         Ok(())
     }
@@ -372,16 +375,6 @@ impl<const B: usize> LinearSolver<B> {
             self.reuse.replace = true;
         }
     }
-}
-
-/// Entries as numbers of a checkpoint: row, column, value.
-fn flat(compliance: &PressureCompliance) -> Vec<f64> {
-    compliance.entries.iter().flat_map(|&(row, column, value)| [f64::from(row), f64::from(column), value]).collect()
-}
-
-/// The entries with these numbers.
-fn entries(flat: &[f64]) -> Vec<(u32, u32, f64)> {
-    flat.as_chunks::<3>().0.iter().map(|&[row, column, value]| (row as u32, column as u32, value)).collect()
 }
 
 fn scaled_norm(b: &[f64], scaling: &[f64], work: &mut [f64]) -> f64 {

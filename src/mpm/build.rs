@@ -277,7 +277,7 @@ fn mass_cutoffs<const D: usize>(
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
-/// start, which the signals hold before the first step.
+/// start, which the columns of wave speeds hold before the first step.
 fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
     let sound = bodies.iter().flat_map(|body| &body.particles.wave_speed).fold(0.0, |most: f64, &c| most.max(c));
     match transfer {
