@@ -17,7 +17,7 @@
 //!                in passes, as the nodes take up less than the grid gives (theory D.7)
 //! conclude       gaps and losses of the sub-step
 //! finish_step    finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53)
-//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `ledger`)
+//! account        (after the walls) add_totals: forces of the step, and what contact dissipated (theory D.16; `ledger`)
 //! restore        (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
 //!

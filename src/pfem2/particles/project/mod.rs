@@ -23,7 +23,7 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use moments::{GroupMoments, MomentTable};
 
-/// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
+/// Nodes that see less than this of a particle, Σ N_i, keep their values, theory G.11.
 const LEAST: f64 = 1e-5;
 
 /// Fluid fills an element if it has this part of its volume.
