@@ -41,7 +41,7 @@ pub(super) struct Preconditioned<'a, 'b, const B: usize> {
     pub coarse: Option<&'a CoarseCorrection<B>>,
     /// 1/D̂, with which the preconditioner knows how the border yields to pressure; empty if it doesn't.
     pub yielding: &'a [f64],
-    pub room: Vec<f64>,
+    pub workspace: Vec<f64>,
 }
 
 impl<const B: usize> System for Preconditioned<'_, '_, B> {
@@ -59,10 +59,10 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
         let BorderedMatrix { a, scaling: s, border, .. } = &mut *self.system;
-        let room = &mut self.room[..];
-        update(room, |i, _| r[i] / s[i]);
+        let workspace = &mut self.workspace[..];
+        update(workspace, |i, _| r[i] / s[i]);
         let own = a.pattern.rows() * B;
-        let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
+        let ((r, r_border), (z, z_border)) = (workspace.split_at_mut(own), z.split_at_mut(own));
         let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);
         if let (Some(border), false) = (&border, self.yielding.is_empty()) {
             let motion: Vec<f64> = r_border.iter().zip(self.yielding).map(|(r, y)| -r * y).collect();

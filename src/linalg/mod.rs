@@ -4,7 +4,7 @@
 //! [ A   G ] [v]   [f_v]      A: mass/Δt and viscosity, positive definite
 //! [ Gᵀ −C ] [p] = [f_p]      C: stabilisation, positive semi-definite
 //! ```
-//! The pattern never changes: the order of elimination, the structure of the factor and all room are found once, and
+//! The pattern never changes: the order of elimination, the structure of the factor and all workspace are found once, and
 //! a step brings only numbers. Flexible GMRES solves; what differs is its preconditioner:
 //! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and, without solids on meshes, in two
 //!   dimensions; where its unsymmetric part rules, L U with row exchanges;

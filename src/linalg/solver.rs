@@ -303,11 +303,11 @@ impl<const B: usize> LinearSolver<B> {
         residual: &mut [f64],
         limits: Limits,
     ) -> Attempt {
-        let room = vec![0.0; x.len()];
+        let workspace = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
         let coarse = self.coarse.as_ref();
         let yielding = &self.compliance.yielding[..];
-        let mut system = Preconditioned { system, analysis, preconditioner, coarse, yielding, room };
+        let mut system = Preconditioned { system, analysis, preconditioner, coarse, yielding, workspace };
         self.krylov.solve(&mut system, x, residual, limits)
     }
 
