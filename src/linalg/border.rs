@@ -9,17 +9,17 @@
 //! [ F_t   S   ] [y] = [ c − F x     ]        x_t ← x_t + δ
 //! ```
 //!
-//! With how the border yields to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p, and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
+//! With the compliance of the border to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p, and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
 //!
 //! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and, for each of its
 //! motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft ones are seen to by the
 //! coarse correction (`coarse`).
 
-/// How a border yields to pressure: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S (theory (J.10c)).
+/// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S (theory (J.10c)).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PressureCompliance {
     /// 1/D̂ of each unknown of the border; zero of those that are left out. Empty: of all.
-    pub yielding: Vec<f64>,
+    pub inverse_diagonal: Vec<f64>,
     /// Row, column and value of entries of Z between nodes of the mesh, by rows; values of one place add up.
     pub entries: Vec<(u32, u32, f64)>,
 }
@@ -38,7 +38,7 @@ pub trait Border<const B: usize> {
     /// Adds E_p y to the rows of continuity.
     fn add_to_continuity(&self, y: &[f64], rows: &mut [[f64; B]]);
 
-    /// How the border yields to pressure, for preconditioners that can take it.
+    /// Compliance of the border to pressure, for preconditioners that can take it.
     fn compliance(&self) -> PressureCompliance {
         PressureCompliance::default()
     }

@@ -39,8 +39,8 @@ pub(super) struct Preconditioned<'a, 'b, const B: usize> {
     pub analysis: Option<&'a Analysis>,
     pub preconditioner: Option<&'a mut Preconditioner<B>>,
     pub coarse: Option<&'a CoarseCorrection<B>>,
-    /// 1/D̂, with which the preconditioner knows how the border yields to pressure; empty if it doesn't.
-    pub yielding: &'a [f64],
+    /// 1/D̂ of the compliance of the border to pressure that the preconditioner has; empty if it has none.
+    pub inverse_diagonal: &'a [f64],
     pub workspace: Vec<f64>,
 }
 
@@ -64,8 +64,8 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
         let own = a.pattern.rows() * B;
         let ((r, r_border), (z, z_border)) = (workspace.split_at_mut(own), z.split_at_mut(own));
         let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);
-        if let (Some(border), false) = (&border, self.yielding.is_empty()) {
-            let motion: Vec<f64> = r_border.iter().zip(self.yielding).map(|(r, y)| -r * y).collect();
+        if let (Some(border), false) = (&border, self.inverse_diagonal.is_empty()) {
+            let motion: Vec<f64> = r_border.iter().zip(self.inverse_diagonal).map(|(r, y)| -r * y).collect();
             border.add_to_continuity(&motion, r);
         }
         match &mut self.preconditioner {

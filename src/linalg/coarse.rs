@@ -72,16 +72,21 @@ impl<const B: usize> BorderResponse<B> {
 
 impl<const B: usize> CoarseCorrection<B> {
     /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
-    /// `yielding` has 1/D̂ where that knows how the border yields to pressure.
-    pub fn new(border: &mut dyn Border<B>, nodes: usize, yielding: &[f64], solve_mesh: &mut SolveMesh<'_, B>) -> Self {
+    /// `inverse_diagonal` is 1/D̂ where that has the compliance of the border, and else empty.
+    pub fn new(
+        border: &mut dyn Border<B>,
+        nodes: usize,
+        inverse_diagonal: &[f64],
+        solve_mesh: &mut SolveMesh<'_, B>,
+    ) -> Self {
         let motions = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
         let mut x = at_rest.clone();
         let mut force_on = |motion: &Vec<f64>| {
             let (mut rows, mut force) = (at_rest.clone(), vec![0.0; motion.len()]);
             border.multiply((&at_rest, motion), (&mut rows, &mut force));
-            let yields = |k: usize| yielding.get(k).map_or(0.0, |yields| yields * force[k]);
-            let rest: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x - yields(k)).collect();
+            let answer = |k: usize| inverse_diagonal.get(k).map_or(0.0, |inverse| inverse * force[k]);
+            let rest: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x - answer(k)).collect();
             rows.fill([0.0; B]);
             border.add_to_continuity(&rest, &mut rows);
             solve_mesh(&rows, &mut x);

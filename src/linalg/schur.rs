@@ -67,7 +67,7 @@ struct Workspace<const B: usize> {
 }
 
 impl<const B: usize> BlockTriangular<B> {
-    /// The preconditioner of a matrix whose border yields to pressure.
+    /// The preconditioner of a matrix whose border has a compliance to pressure.
     pub fn new(a: &BlockMatrix<B>, border: &PressureCompliance) -> Self {
         let nodes = a.pattern.rows();
         let inverse_diagonal = inverses(a);

@@ -100,8 +100,9 @@ pub struct LinearSolver<const B: usize> {
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
     source: Option<BlockMatrix<B>>,
-    /// How the border of the system at hand yields to pressure, and that of `source`; none where the preconditioner can't take it.
+    /// Compliance to pressure of the border of the system at hand; none where the preconditioner can't take it.
     compliance: PressureCompliance,
+    /// Compliance to pressure of the border of the system of `source`.
     source_compliance: PressureCompliance,
     /// The coarse correction of the border.
     coarse: Option<CoarseCorrection<B>>,
@@ -306,8 +307,8 @@ impl<const B: usize> LinearSolver<B> {
         let workspace = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
         let coarse = self.coarse.as_ref();
-        let yielding = &self.compliance.yielding[..];
-        let mut system = Preconditioned { system, analysis, preconditioner, coarse, yielding, workspace };
+        let inverse_diagonal = &self.compliance.inverse_diagonal[..];
+        let mut system = Preconditioned { system, analysis, preconditioner, coarse, inverse_diagonal, workspace };
         self.krylov.solve(&mut system, x, residual, limits)
     }
 
@@ -323,7 +324,8 @@ impl<const B: usize> LinearSolver<B> {
                 Some(preconditioner) => preconditioner.apply(analysis, r, x),
                 None => x.copy_from_slice(r),
             };
-            let mut coarse = CoarseCorrection::new(*border, own / B, &self.compliance.yielding, &mut solve_mesh);
+            let mut coarse =
+                CoarseCorrection::new(*border, own / B, &self.compliance.inverse_diagonal, &mut solve_mesh);
             coarse.take_up(*border);
             self.coarse = Some(coarse);
         }

@@ -109,19 +109,19 @@ enum Edit<const N: usize> {
 }
 
 impl<const D: usize> Particles<D> {
-    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `density` is that of sub-cells.
+    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `target` has the numbers of particles by which sub-cells are judged.
     pub fn reseed<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
         list: &PhaseList,
-        density: ParticleCounts,
+        target: ParticleCounts,
         origin: &ParticleSource<D, N>,
     ) -> Reseeded {
         self.group_by_element();
         let edits = |e: usize| {
             let own = self.by_element.of(e);
             match self.reseeding_of(list, own.iter().map(|&p| p as usize)) {
-                Reseeding::SubCells => self.edits(mesh, e, own, density),
+                Reseeding::SubCells => self.edits(mesh, e, own, target),
                 Reseeding::Elements => edits_of_element::<D, N>(e, own),
                 Reseeding::EmptyElements if own.is_empty() => edits_of_element::<D, N>(e, own),
                 Reseeding::EmptyElements => Vec::new(),
@@ -186,7 +186,7 @@ impl<const D: usize> Particles<D> {
         mesh: &Mesh<D, N>,
         element: usize,
         own: &[u32],
-        density: ParticleCounts,
+        target: ParticleCounts,
     ) -> Vec<Edit<N>> {
         let cells = |p: u32| sub_cells(&mesh.shape_functions(element, self.position[p as usize]));
         let mut count = [0usize; 8];
@@ -196,13 +196,13 @@ impl<const D: usize> Particles<D> {
         let mut edits = Vec::new();
         for (cell, &count) in count[..1 << D].iter().enumerate() {
             let place = MeshPoint { element, shape: center(cell) };
-            if count == 0 && own.len() < density.nominal {
+            if count == 0 && own.len() < target.nominal {
                 edits.push(Edit::Add(place));
             }
-            if count > density.most {
+            if count > target.most {
                 let members = own.iter().filter(|&&p| cells(p) >> cell & 1 == 1).map(|&p| p as usize);
                 let members = members.filter(|&p| !merges(&edits, p)).collect();
-                self.merge_closest(members, density.most, place.position(mesh), &mut edits);
+                self.merge_closest(members, target.most, place.position(mesh), &mut edits);
             }
         }
         edits

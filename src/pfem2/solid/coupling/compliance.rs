@@ -23,10 +23,10 @@ pub(super) fn compliance<const D: usize, const N: usize>(
 ) -> PressureCompliance {
     let free: Vec<Vec<FreeCoupling>> =
         couplings.iter().map(|coupling| free_couplings(coupling, velocities, diagonal)).collect();
-    let mut yielding = vec![0.0; diagonal.len()];
+    let mut inverse_diagonal = vec![0.0; diagonal.len()];
     let mut sums = vec![0.0; diagonal.len()];
     for &(w, _, force) in free.iter().flatten() {
-        yielding[w as usize] = diagonal[w as usize].recip();
+        inverse_diagonal[w as usize] = diagonal[w as usize].recip();
         sums[w as usize] += force;
     }
     let place: HashMap<u32, usize> = couplings.iter().enumerate().map(|(k, coupling)| (coupling.node, k)).collect();
@@ -42,7 +42,7 @@ pub(super) fn compliance<const D: usize, const N: usize>(
         }
         entries.push((coupling.node, coupling.node, left.max(0.0)));
     }
-    PressureCompliance { yielding, entries }
+    PressureCompliance { inverse_diagonal, entries }
 }
 
 /// Couplings of a node to velocities of nodes that move freely, ascending.
@@ -97,7 +97,7 @@ mod tests {
         let first = velocities.add(&[0.0, 0.0]);
         (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
         let found = compliance(&couplings, &velocities, &[5.0, 10.0], &pattern);
-        assert_eq!(found.yielding, [0.2, 0.1]);
+        assert_eq!(found.inverse_diagonal, [0.2, 0.1]);
         let sum = |i: u32, j: u32| -> f64 { found.entries.iter().filter(|e| (e.0, e.1) == (i, j)).map(|e| e.2).sum() };
         let rows = [[0.4, 0.2, 0.0], [0.2, 0.4, 0.6], [0.0, 0.6, 1.2]];
         for (i, row) in rows.iter().enumerate() {
