@@ -24,13 +24,31 @@ pub struct PressureCompliance {
     pub entries: Vec<(u32, u32, f64)>,
 }
 
+/// Numbers of all unknowns of a system with a border.
+#[derive(Debug, Clone, Copy)]
+pub struct BorderedVector<'a, const B: usize> {
+    /// Numbers of the nodes of the mesh, x.
+    pub mesh: &'a [[f64; B]],
+    /// Numbers of the unknowns of the border, y.
+    pub border: &'a [f64],
+}
+
+/// Rows of all equations of a system with a border, to be changed.
+#[derive(Debug)]
+pub struct BorderedRows<'a, const B: usize> {
+    /// Rows of the nodes of the mesh.
+    pub mesh: &'a mut [[f64; B]],
+    /// Rows of the unknowns of the border.
+    pub border: &'a mut [f64],
+}
+
 /// The border of a system with B unknowns per node, the last of which is a pressure.
 pub trait Border<const B: usize> {
     /// Scales s_i = |S_ii|^(−1/2).
     fn scaling(&self) -> Vec<f64>;
 
-    /// Adds E y to the rows of the mesh, and sets those of the border to F x + S y; both arguments hold mesh and border.
-    fn multiply(&self, x: (&[[f64; B]], &[f64]), rows: (&mut [[f64; B]], &mut [f64]));
+    /// Adds E y to the rows of the mesh, and sets those of the border to F x + S y.
+    fn multiply(&self, x: BorderedVector<'_, B>, rows: BorderedRows<'_, B>);
 
     /// Subtracts F x from rows of the border.
     fn subtract(&self, x: &[[f64; B]], rows: &mut [f64]);

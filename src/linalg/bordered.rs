@@ -1,6 +1,6 @@
 //! A system with a border as the Krylov method sees it: products, residuals, preconditioning (theory J.4).
 
-use super::border::Border;
+use super::border::{Border, BorderedRows, BorderedVector};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
 use super::krylov::System;
@@ -28,7 +28,7 @@ impl<const B: usize> BorderedMatrix<'_, B> {
         let (x, y) = (x.as_chunks().0, y.as_chunks_mut().0);
         self.a.multiply(x, y);
         if let Some(border) = &self.border {
-            border.multiply((x, x_border), (y, y_border));
+            border.multiply(BorderedVector { mesh: x, border: x_border }, BorderedRows { mesh: y, border: y_border });
         }
     }
 }

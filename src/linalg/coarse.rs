@@ -10,7 +10,7 @@
 //! On the motions Φ this is the added mass, and on others never more than it (Nyström's approximation, as the added mass is symmetric and not
 //! negative). Where λ is small there is nothing to correct. W and Λ, which move with the solids, are kept by the rule for preconditioners, (F.45). Y is that of the system at hand.
 
-use super::border::Border;
+use super::border::{Border, BorderedRows, BorderedVector};
 use super::modes::diagonalise;
 use super::preconditioner::ReusePolicy;
 use super::solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED};
@@ -84,7 +84,8 @@ impl<const B: usize> CoarseCorrection<B> {
         let mut x = at_rest.clone();
         let mut force_on = |motion: &Vec<f64>| {
             let (mut rows, mut force) = (at_rest.clone(), vec![0.0; motion.len()]);
-            border.multiply((&at_rest, motion), (&mut rows, &mut force));
+            let moving = BorderedVector { mesh: &at_rest, border: motion };
+            border.multiply(moving, BorderedRows { mesh: &mut rows, border: &mut force });
             let answer = |k: usize| inverse_diagonal.get(k).map_or(0.0, |inverse| inverse * force[k]);
             let rest: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x - answer(k)).collect();
             rows.fill([0.0; B]);

@@ -219,7 +219,8 @@ impl<const B: usize> LinearSolver<B> {
             self.coarse = None;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
-                return Err(failure::<B>(history, &residual, (system.a.pattern.rows() * B, reference)));
+                let own = &residual[..system.a.pattern.rows() * B];
+                return Err(failure::<B>(history, norm(&residual) / reference, own));
             }
             self.turn_to_next();
         }
@@ -384,9 +385,9 @@ fn scaled_norm(b: &[f64], scaling: &[f64], work: &mut [f64]) -> f64 {
     norm(work)
 }
 
-/// The failure with this residual, of which `own` numbers belong to the mesh.
-fn failure<const B: usize>(history: Vec<f64>, residual: &[f64], (own, reference): (usize, f64)) -> NotConverged {
-    let size = |i: usize| if residual[i].is_finite() { residual[i].abs() } else { f64::INFINITY };
-    let worst = (0..own).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
-    NotConverged { residual: norm(residual) / reference, history, worst_node: worst / B, worst_unknown: worst % B }
+/// The failure with a relative residual at the end, of which `own` are the numbers of the mesh.
+fn failure<const B: usize>(history: Vec<f64>, residual: f64, own: &[f64]) -> NotConverged {
+    let size = |i: usize| if own[i].is_finite() { own[i].abs() } else { f64::INFINITY };
+    let worst = (0..own.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
+    NotConverged { residual, history, worst_node: worst / B, worst_unknown: worst % B }
 }

@@ -5,7 +5,8 @@
 //! of this program: they guard that the preconditioner of the border stays effective.
 
 use lateen::linalg::{
-    BlockMatrix, Border, LinearSolver, Pattern, SolverKind, SolverOptions, SparseFactor, SparseMatrix,
+    BlockMatrix, Border, BorderedRows, BorderedVector, LinearSolver, Pattern, SolverKind, SolverOptions, SparseFactor,
+    SparseMatrix,
 };
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
@@ -92,7 +93,8 @@ impl Border<3> for Pistons {
         (0..self.moves.len()).map(|j| self.matrix[j][j].sqrt().recip()).collect()
     }
 
-    fn multiply(&self, (x, y): (&[[f64; 3]], &[f64]), (rows, own): (&mut [[f64; 3]], &mut [f64])) {
+    fn multiply(&self, x: BorderedVector<'_, 3>, rows: BorderedRows<'_, 3>) {
+        let (BorderedVector { mesh: x, border: y }, BorderedRows { mesh: rows, border: own }) = (x, rows);
         let flux = self.flux(y);
         for (i, row) in rows.iter_mut().enumerate() {
             (0..3).filter(|&k| k == 2 || !self.walls[i]).for_each(|k| row[k] += flux[i][k]);
@@ -175,7 +177,7 @@ fn solve_between(
     let y: Vec<f64> = (0..count).map(wave).collect();
     let (mut b, mut c) = (vec![[0.0; 3]; x.len()], vec![0.0; count]);
     a.multiply(&x, &mut b);
-    pistons.multiply((&x, &y), (&mut b, &mut c));
+    pistons.multiply(BorderedVector { mesh: &x, border: &y }, BorderedRows { mesh: &mut b, border: &mut c });
     let (mut own, mut others) = (vec![0.0; 3 * x.len()], vec![0.0; count]);
     let outcome = solver.solve_bordered(&a, &mut pistons, [b.as_flattened(), &c], [&mut own, &mut others]).unwrap();
     let error = |found: &[f64], exact: &[f64]| found.iter().zip(exact).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max);
