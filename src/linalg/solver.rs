@@ -64,14 +64,14 @@ pub struct NotConverged {
     pub history: Vec<f64>,
     /// The node with the largest scaled residual.
     pub worst_node: usize,
-    /// Its unknown: below D a velocity, D the pressure.
+    /// The unknown of that node: below D a velocity, D the pressure.
     pub worst_unknown: usize,
 }
 
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
 const SINGLE_PATIENCE: usize = 10;
 
-/// The same for a system with a border, whose matrix is less symmetric.
+/// Iterations that a fresh factor in single precision may take for a system with a border, whose matrix is less symmetric.
 const BORDERED_PATIENCE: usize = 80;
 
 /// Iterations that a fresh factor in double precision may take: more, and the part that isn't symmetric rules.
@@ -80,7 +80,7 @@ const DOUBLE_PATIENCE: usize = 80;
 /// Cost of a new multigrid hierarchy, in iterations.
 const HIERARCHY_PRICE: f64 = 8.0;
 
-/// The same for a system with a border, of which a kept hierarchy takes the finest matrix: what a new one costs more than that.
+/// Cost of a new multigrid hierarchy for a system with a border, in iterations, beyond that of a kept one, which takes the finest matrix.
 const REFRESHED_PRICE: f64 = 4.5;
 
 /// Cost of a new factor with row exchanges, in iterations.
@@ -93,7 +93,7 @@ pub struct LinearSolver<const B: usize> {
     options: SolverOptions,
     /// Methods to try, the usual one first.
     methods: Vec<Preconditioning>,
-    /// The one in use.
+    /// The method in use.
     method: Preconditioning,
     detour: Detour,
     analysis: Option<Analysis>,
@@ -104,7 +104,7 @@ pub struct LinearSolver<const B: usize> {
     compliance: PressureCompliance,
     /// Compliance to pressure of the border of the system of `source`.
     source_compliance: PressureCompliance,
-    /// The coarse correction of the border.
+    /// The coarse correction of the border, once there was one.
     coarse: Option<CoarseCorrection<B>>,
     reuse: ReusePolicy,
     krylov: Krylov,
@@ -185,17 +185,10 @@ impl<const B: usize> LinearSolver<B> {
         }
         let guess = x.to_vec();
         let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
-        self.return_to_usual();
-        self.compliance = match (&system.border, self.method) {
-            (Some(border), Preconditioning::Iterative) => border.compliance(),
-            _ => PressureCompliance::default(),
-        };
-        if let (Some(preconditioner), Some(_), false) = (&mut self.preconditioner, &system.border, self.reuse.replace) {
-            preconditioner.refresh(system.a, &self.compliance);
-        }
+        self.begin(&system);
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(system.a, system.border.is_some());
+                self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
                 fresh = true;
             }
             self.take_up(&mut system);
@@ -223,6 +216,18 @@ impl<const B: usize> LinearSolver<B> {
                 return Err(failure::<B>(history, norm(&residual) / reference, own));
             }
             self.turn_to_next();
+        }
+    }
+
+    /// Chooses the method for a system, and gives the kept preconditioner of one with a border its finest matrix.
+    fn begin(&mut self, system: &BorderedMatrix<B>) {
+        self.return_to_usual();
+        self.compliance = match (&system.border, self.method) {
+            (Some(border), Preconditioning::Iterative) => border.compliance(),
+            _ => PressureCompliance::default(),
+        };
+        if let (Some(preconditioner), Some(_), false) = (&mut self.preconditioner, &system.border, self.reuse.replace) {
+            preconditioner.refresh(system.a, &self.compliance);
         }
     }
 
@@ -279,7 +284,7 @@ impl<const B: usize> LinearSolver<B> {
             let entries = state.compliance_places.iter().zip(&state.compliance);
             let entries = entries.map(|(&[row, column], &value)| (row, column, value)).collect();
             self.compliance = PressureCompliance { entries, ..Default::default() };
-            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, false);
+            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, HIERARCHY_PRICE);
         }
         self.coarse = CoarseCorrection::restored(&state.coarse);
         self.reuse = counters.reuse();
@@ -332,7 +337,8 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    fn rebuild(&mut self, a: &BlockMatrix<B>, bordered: bool) {
+    /// Makes the preconditioner of a matrix; `hierarchy_price` is the cost of one by multigrid, in iterations.
+    fn rebuild(&mut self, a: &BlockMatrix<B>, hierarchy_price: f64) {
         if self.method.symmetric() && self.analysis.is_none() {
             self.analysis = Analysis::new::<B>(&self.pattern, &self.places);
             if self.analysis.is_none() {
@@ -344,8 +350,7 @@ impl<const B: usize> LinearSolver<B> {
         self.source_compliance.clone_from(&self.compliance);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
-            (Preconditioning::Iterative, _) | (_, None) if bordered => REFRESHED_PRICE,
-            (Preconditioning::Iterative, _) | (_, None) => HIERARCHY_PRICE,
+            (Preconditioning::Iterative, _) | (_, None) => hierarchy_price,
             (_, Some(analysis)) => analysis.price(),
         };
         self.reuse = self.reuse.renewed(price);
