@@ -287,7 +287,7 @@ pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3
     let nowhere = Path::new("");
     for (i, spec) in file.picture.iter().enumerate() {
         let key = format!("picture[{i}]");
-        let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0, UnitLabels::default());
+        let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0);
         findings.extend(picture.err());
     }
 }
