@@ -330,7 +330,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
     pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: TimeStep) {
         self.interface.count_outflow(flow, &self.system);
-        self.system.carry_subscales(step, self.history.explicit_shares(step));
+        self.system.carry_subscales(step, self.history.shares(step));
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);

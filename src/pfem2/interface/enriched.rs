@@ -21,17 +21,27 @@ pub struct Enriched<const N: usize> {
     walls: Vec<[[f64; N]; N]>,
 }
 
+/// The terms of the residual of momentum in a cut element that don't depend on the solution.
+#[derive(Debug, Clone, Copy)]
+pub struct ResidualTerms<'a, const D: usize, const N: usize> {
+    /// s without v̂/Δ on the negative and the positive side [m/s²].
+    pub source: [Vector<D>; 2],
+    /// v̂ at the nodes [m/s].
+    pub convected: &'a [Vector<D>; N],
+    /// τ/Δ with the consistent forms, else 0.
+    pub inertia: f64,
+}
+
 impl<const N: usize> Enriched<N> {
-    /// The enrichment of a cut element. `source` is s without v̂/Δ on the negative and the positive side [m/s²], `convected` is v̂ at the
-    /// nodes [m/s], and `inertia` τ/Δ with the consistent forms, else 0.
+    /// The enrichment of a cut element, with τ [s].
     pub fn new<const D: usize>(
         cut: &CutGeometry<N>,
         enrichment: Enrichment,
         simplex: &Simplex<D, N>,
         tau: f64,
-        source: [Vector<D>; 2],
-        (convected, inertia): (&[Vector<D>; N], f64),
+        residual: ResidualTerms<'_, D, N>,
     ) -> Self {
+        let ResidualTerms { source, convected, inertia } = residual;
         let count = cut.functions(enrichment);
         let mut columns = vec![[[0.0; N]; N]; count];
         let mut extra = vec![[[0.0; N]; N]; count];

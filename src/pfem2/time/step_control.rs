@@ -52,8 +52,7 @@ const SURFACE: f64 = 0.05;
 /// The largest error of solids, over the tolerance.
 const SOLIDS: f64 = 0.005;
 
-/// Speed of solids, over that of the fluid, from which on errors are measured by their own: what is off by less than a hundredth of this is off by 0.25 % of
-/// the fluid's speed.
+/// Least speed by which the error of solids is measured, over the speed of the fluid: that of solids that move more slowly counts as part of this.
 const SLOW_SOLIDS: f64 = 0.25;
 
 /// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no motion that shorter steps would follow, but noise.
@@ -116,7 +115,7 @@ impl StepControl {
 
     /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter, `speed` that by which errors of
     /// solids are measured [√kg m/s].
-    fn learn(&mut self, dt: f64, errors: ErrorEstimates, [least, speed]: [f64; 2]) {
+    fn learn(&mut self, dt: f64, errors: ErrorEstimates, least: f64, speed: f64) {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
@@ -163,7 +162,7 @@ impl StepControl {
         let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
         let [solids, speed] = solids.map_or([0.0, 1.0], |(structure, _)| self.solids_error(structure, extends, stream));
         let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids };
-        self.learn(dt, errors, [least / scale, speed]);
+        self.learn(dt, errors, least / scale, speed);
     }
 
     /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed [m/s], and the speed by which it

@@ -297,8 +297,9 @@ impl RigidBody {
         RigidRates { velocity: rates.velocity * self.mass, spin: prediction.inertia.apply(rates.spin) }
     }
 
-    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ and α.
-    pub fn inertial(&self, prediction: &RigidPrediction, [delta, damping]: [f64; 2], rates: &RigidRates) -> RigidRates {
+    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ = `delta` [s]
+    /// and α = `damping` [1/s].
+    pub fn inertial(&self, prediction: &RigidPrediction, delta: f64, damping: f64, rates: &RigidRates) -> RigidRates {
         let RigidRates { velocity, spin } = self.momenta(prediction, rates);
         let rate = delta.recip() + damping;
         RigidRates {
@@ -307,11 +308,16 @@ impl RigidBody {
         }
     }
 
-    /// Adds M_r and h along the independent velocities, with Δ and α.
-    pub fn add_inertia(&self, prediction: &RigidPrediction, coefficients: [f64; 2], inertia: &mut IndependentInertia) {
-        let [delta, damping] = coefficients;
+    /// Adds M_r and h along the independent velocities, with Δ = `delta` [s] and α = `damping` [1/s].
+    pub fn add_inertia(
+        &self,
+        prediction: &RigidPrediction,
+        delta: f64,
+        damping: f64,
+        inertia: &mut IndependentInertia,
+    ) {
         let Freedom { particular, free, .. } = &prediction.freedom;
-        let start = self.inertial(prediction, coefficients, particular);
+        let start = self.inertial(prediction, delta, damping, particular);
         for (row, left) in (prediction.first..).zip(free) {
             inertia.loads.push((row, -left.dot(&start)));
             for (column, right) in (prediction.first..).zip(free) {
@@ -326,12 +332,13 @@ impl RigidBody {
         prediction.rotation.apply(self.arms[node])
     }
 
-    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave
-    /// free.
+    /// The accelerations that forces on nodes [N] give the solid about a prediction, with Δ = `delta` [s] and α = `damping` [1/s], along what supports
+    /// leave free.
     pub fn accelerations(
         &self,
         prediction: &RigidPrediction,
-        [delta, damping]: [f64; 2],
+        delta: f64,
+        damping: f64,
         forces: impl Iterator<Item = (usize, Vector<3>)>,
     ) -> RigidRates {
         let mut force = RigidRates::default();

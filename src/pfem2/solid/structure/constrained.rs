@@ -172,7 +172,7 @@ impl<const D: usize> Structure<D> {
             }
             let own = own.map(|&(node, force)| (node - body.nodes.start, Vector(force.to3())));
             let damping = self.setups[body.solid].damping.mass;
-            let given = body.accelerations(prediction, [delta, damping], own);
+            let given = body.accelerations(prediction, delta, damping, own);
             body.take_out(state, prediction, &given);
             for node in body.nodes.clone() {
                 let own = given.at(body.arm(prediction, node - body.nodes.start));
@@ -185,7 +185,7 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn rigid_inertia(&self, delta: f64, prediction: &Prediction<D>) -> IndependentInertia {
         let mut inertia = IndependentInertia::default();
         for (body, prediction) in self.rigid.iter().zip(&prediction.rigid) {
-            body.add_inertia(prediction, [delta, self.setups()[body.solid].damping.mass], &mut inertia);
+            body.add_inertia(prediction, delta, self.setups()[body.solid].damping.mass, &mut inertia);
         }
         inertia
     }
@@ -194,7 +194,7 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn rigid_power(&self, delta: f64, prediction: &Prediction<D>, w: &[f64]) -> f64 {
         let power = |(body, prediction): (&RigidBody, &RigidPrediction)| {
             let rates = prediction.rates(w);
-            body.inertial(prediction, [delta, self.setups()[body.solid].damping.mass], &rates).dot(&rates)
+            body.inertial(prediction, delta, self.setups()[body.solid].damping.mass, &rates).dot(&rates)
         };
         self.rigid.iter().zip(&prediction.rigid).map(power).sum()
     }
