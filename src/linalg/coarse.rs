@@ -25,11 +25,11 @@ const STEPS: usize = 6;
 /// Part by which trace(WᵀY) may differ from that of the first system: beyond, the step or the stiffness is another.
 const SAME: f64 = 0.25;
 
-/// Least λ: an eigenvalue of 1.1 instead of 1 takes no iterations, and errors of Â⁻¹ would be divided by less.
-const LEAST: f64 = 0.1;
+/// Least λ of a motion that is corrected: below, the preconditioned eigenvalue 1 + λ is near enough to 1, and Λ⁻¹ would magnify errors of Â⁻¹.
+const LEAST_ADDED_MASS: f64 = 0.1;
 
-/// xᵀ S_t x below this part of what it was before those of the vectors before it were taken out: nothing new.
-const NOTHING: f64 = 1e-12;
+/// A vector depends linearly on those before it if orthogonalisation leaves less than this part of its xᵀ S_t x.
+const DEPENDENT: f64 = 1e-12;
 
 /// Solves with the preconditioner of a mesh: x ← Â⁻¹ r.
 type SolveMesh<'a, const B: usize> = dyn FnMut(&[[f64; B]], &mut [[f64; B]]) + 'a;
@@ -104,7 +104,7 @@ impl<const B: usize> CoarseCorrection<B> {
         }
         diagonalise(&mut added, &mut forces);
         let all = forces.into_iter().enumerate().map(|(k, force)| (added[k][k], force));
-        let (added, forces): (Vec<f64>, Vec<Vec<f64>>) = all.filter(|(added, _)| *added > LEAST).unzip();
+        let (added, forces): (Vec<f64>, Vec<Vec<f64>>) = all.filter(|(added, _)| *added > LEAST_ADDED_MASS).unzip();
         // A motion costs an application of the preconditioner of the mesh.
         let reuse = ReusePolicy::default().renewed(motions.len() as f64);
         Self { forces, added, reuse, ..Self::default() }
@@ -211,7 +211,7 @@ fn orthonormalise(motions: &mut SmallMatrix, forces: &mut SmallMatrix) {
             }
         }
         let left = dot(&motion, &force);
-        if left > NOTHING * before {
+        if left > DEPENDENT * before {
             let scale = left.sqrt().recip();
             [&mut motion, &mut force].into_iter().flatten().for_each(|x| *x *= scale);
             all.push(motion);

@@ -13,7 +13,7 @@ const FACING: f64 = 0.7;
 /// Rounding of places in a triangle.
 const ROUNDING: f64 = 1e-9;
 
-/// How thick a solid is at a place.
+/// Thickness of a solid at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thickness {
     /// Elements across.
@@ -31,7 +31,7 @@ struct FacePiece {
 }
 
 impl QuadraticMesh {
-    /// The thinnest place; of a solid without sides that face each other, as that of a triangle may be, its least extent.
+    /// Thickness of the solid where it is thinnest; of a solid without sides that face each other, as that of a triangle may be, its least extent.
     pub fn thinnest(&self) -> Thickness {
         self.thicknesses()
             .into_iter()
@@ -39,7 +39,7 @@ impl QuadraticMesh {
             .unwrap_or_else(|| self.least_extent())
     }
 
-    /// How thick it is behind its sides, 400 of them at most, spread evenly; none where no sides face each other.
+    /// Thicknesses of the solid behind its sides, 400 of them at most, spread evenly; none where no sides face each other.
     pub fn thicknesses(&self) -> Vec<Thickness> {
         let sides = self.surface();
         let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();

@@ -17,7 +17,7 @@
 //! ```
 //!
 //! Where κ < 0 the wave grows, by (1 − A) |κ| (ω Δt)²/2 a step: stripes of stress a cell wide in a body at rest. With w = ṽ there
-//! is no z. `last` strains and moves by v⁺, and damps; `first` strains by v⁻, and suffers.
+//! is no z. `last` strains and moves by v⁺, and damps such waves; `first` strains by v⁻, and they grow in it.
 //!
 //! FLIP loses no angular momentum by it, Σ m_p (Σ N_Ip ṽ_I) × v_p = Σ m_I ṽ_I × ṽ_I = 0; APIC, which keeps it if particles move with
 //! their own velocity v⁺, would, and moves so. It damps such waves; bodies that are strained by more than a tenth and rest for long

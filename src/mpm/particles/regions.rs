@@ -264,7 +264,7 @@ mod tests {
         [[lower, lower], [upper, lower], [upper, upper], [lower, upper]].map(Vector).to_vec()
     }
 
-    /// Where normals point inwards, inside is the + side; where they are mixed, only places tell.
+    /// The inside is the + side where normals point inwards; where they are mixed, only places tell.
     #[test]
     fn sides_follow_the_normals_and_regions_do_not() {
         let places = [Vector([0.5, 0.5]), Vector([1.5, 0.5]), Vector([0.9, 0.1])];

@@ -32,10 +32,12 @@ const FAR: f64 = 0.1;
 /// than a hundredth.
 const SETTLED: f64 = 0.02;
 
-/// Part of the last correction of a step that is solved anew above which it comes no nearer, as with two shapes of which each leads to the other:
-/// then the next prediction is half-way, and an end that is not [`FAR`] is taken. Not before so many solutions, which may be on their way.
+/// Repeated solutions of a step stall, as where two shapes lead to each other by turns, if a correction is above this part of the one before. The next
+/// prediction is half-way then, and an end that is not [`FAR`] is taken.
 const STALLED: f64 = 0.9;
-const STEADY: usize = 3;
+
+/// Solutions of a step before they can count as stalled: corrections of the first ones may rise.
+const SOLUTIONS_BEFORE_STALL: usize = 3;
 
 /// A step is solved anew at most this often, and so where elastic solids touch something.
 const REPETITIONS: usize = 6;
@@ -220,7 +222,7 @@ impl<const D: usize> SolidTracking<D> {
         let mut found = self.structure.corrected(own.delta(), prediction, &solution.independent);
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let correction = self.contacts.solids.largest_error(mesh, [&places[0], &places[1]]);
-        let stalls = self.last.solutions > STEADY && correction > STALLED * self.last.last_correction;
+        let stalls = self.last.solutions > SOLUTIONS_BEFORE_STALL && correction > STALLED * self.last.last_correction;
         let is_near = correction <= if self.first.is_none() || stalls { FAR } else { SETTLED };
         let keeps_gap =
             !self.contacts.any() || self.contacts.depth_without_contact(&self.structure, mesh, &places[0])? <= DEPTH;

@@ -154,7 +154,7 @@ impl<const D: usize> ContactSheet<D> {
     }
 
     /// Undoes a part of the overlaps with walls and obstacles, after the nodes have moved to `position` [m].
-    pub fn part(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
+    pub fn undo_overlaps(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
         self.rigid.undo_overlaps(position, &|k: usize| self.inverse_mass[k], at.elapsed + at.dt);
     }
 

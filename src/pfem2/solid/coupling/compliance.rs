@@ -1,4 +1,4 @@
-//! How solids yield to pressure node by node, for the preconditioner of the fluid (theory (J.10c)).
+//! Compliance of solids to pressure node by node, for the preconditioner of the fluid (theory (J.10c)).
 //!
 //! ```text
 //! D_w = S_ww of nodes that move freely, infinite of others;      Z = E_p D⁻¹ F_p
