@@ -24,6 +24,6 @@ pub(super) mod tracking;
 mod transport;
 mod unresolved;
 
-pub(in crate::pfem2) use columns::interpolate;
 pub use columns::{GONE, Particles, lattice};
+pub(in crate::pfem2) use columns::{interpolate, interpolate_nodal};
 pub(super) use transport::FrozenFlow;

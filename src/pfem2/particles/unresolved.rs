@@ -14,7 +14,7 @@
 //! counted apart.
 
 use super::Particles;
-use super::correct;
+use super::interpolate_nodal;
 use super::tracking::ParticleTracking;
 use crate::math::Vector;
 use crate::parallel;
@@ -77,7 +77,7 @@ fn bounded<const D: usize, const N: usize>(
     let nodes = &mesh.elements()[element];
     let cut = |p: usize| {
         let shape = mesh.shape_functions(element, particles.position[p]);
-        let u = particles.velocity[p] - correct::at(&shape, nodes, velocity);
+        let u = particles.velocity[p] - interpolate_nodal(&shape, nodes, velocity);
         let bound = nodes.iter().zip(shape).map(|(&i, n)| n * differences[i as usize]).sum::<f64>();
         let size = u.norm();
         if size > bound { u * (1.0 - bound / size) } else { Vector::ZERO }

@@ -298,7 +298,7 @@ impl<const D: usize> SolidTracking<D> {
         stiffness: &SparseMatrix,
         equations: &mut SolidEquations,
     ) {
-        let offset = self.structure.way(prediction, |a| prediction.displacement_hat[a]);
+        let offset = self.structure.increment_from_prediction(prediction, |a| prediction.displacement_hat[a]);
         let forces = self.structure.product(stiffness, &offset);
         equations.rhs.iter_mut().zip(forces.iter().flat_map(|force| force.0)).for_each(|(rhs, force)| *rhs += force);
         let all = equations.matrix.values.iter_mut().zip(&stiffness.values);
@@ -329,7 +329,7 @@ impl<const D: usize> SolidTracking<D> {
             None => SolidPowers::default(),
         };
         if let Some(stiffness) = self.pressure_stiffness.take() {
-            let way = self.structure.way(&prediction, |a| self.structure.state.displacement[a]);
+            let way = self.structure.increment_from_prediction(&prediction, |a| self.structure.state.displacement[a]);
             let more = self.structure.product(&stiffness, &way);
             nodal.iter_mut().zip(more).for_each(|(force, more)| *force += more);
         }

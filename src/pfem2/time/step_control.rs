@@ -255,7 +255,8 @@ mod tests {
                 control.learn(
                     dt,
                     ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
-                    [0.0, 1.0],
+                    0.0,
+                    1.0,
                 );
                 assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
                 dt = control.proposal;
@@ -273,7 +274,8 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
-                [0.0, 1.0],
+                0.0,
+                1.0,
             );
         }
         assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
@@ -287,7 +289,8 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3), solids: 0.0 },
-                [0.0, 1.0],
+                0.0,
+                1.0,
             );
             dt = control.proposal;
         }
@@ -318,7 +321,7 @@ mod tests {
         let mut steps = Vec::new();
         for k in 0..500 {
             let solids = 0.5 * (omega * dt).powi(2) * (omega * t).cos().abs();
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, 1.0]);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0, 1.0);
             t += dt;
             dt = control.recommended;
             if k >= 200 {
@@ -343,7 +346,8 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids: dt * dt / speed },
-                [0.0, speed],
+                0.0,
+                speed,
             );
             dt = control.recommended;
         }
@@ -357,7 +361,7 @@ mod tests {
         let (omega, mut dt): (f64, f64) = (34.3, 0.02);
         for _ in 0..60 {
             let solids = 0.5 * (omega * dt).powi(2);
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, 1.0]);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0, 1.0);
             dt = control.proposal;
         }
         let steps = 2.0 * std::f64::consts::PI / omega / dt;

@@ -22,7 +22,7 @@ mod tests;
 pub use elements::refill;
 
 use super::convect::{End, MeshPoint, Streamlines, Walk};
-use super::correct::at;
+use super::interpolate_nodal;
 use super::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -267,7 +267,7 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
         /// Times the time that it takes at the velocity of the place.
         const REACH: f64 = 2.0;
         let gradient = &mesh.simplex(place.element).gradient;
-        let velocity = at(&place.shape, &mesh.elements()[place.element], self.velocity);
+        let velocity = interpolate_nodal(&place.shape, &mesh.elements()[place.element], self.velocity);
         let outer =
             (0..N).filter(|&k| mesh.neighbour(place.element, k).is_none() && !self.lines.holds(place.element, k));
         let times = outer.map(|k| REACH * place.shape[k] / gradient[k].dot(velocity));
@@ -295,7 +295,8 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
             Some(newcomer) => (newcomer, true),
             None => {
                 let (fluid, depth) = (self.fluid)(&foot.place);
-                let velocity = at(&foot.place.shape, &mesh.elements()[foot.place.element], self.velocity);
+                let velocity =
+                    interpolate_nodal(&foot.place.shape, &mesh.elements()[foot.place.element], self.velocity);
                 (NewParticle { velocity, fluid, depth }, false)
             }
         }
