@@ -84,7 +84,7 @@ mod tests {
 
     /// Two nodes of the fluid at one free node of a solid, a third one too, in no element with the first.
     #[test]
-    fn what_lies_beyond_an_element_counts_on_the_diagonal() {
+    fn compliance_between_nodes_without_a_common_element_is_lumped_on_the_diagonal() {
         let pattern = Pattern::new(4, &[[0u32, 1, 3], [1, 2, 3]]);
         let coupling = |node: u32, flux: f64| NodeCoupling::<2, 3> {
             node,
