@@ -1,5 +1,5 @@
 //! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients with
-//! an averaged volume ratio (`update` has the equations).
+//! an averaged volume ratio (`update` has the equations). The same for one particle at a time: `mpm::transfer::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, Positions, Rows};

@@ -1,4 +1,5 @@
 //! Grid to particles: velocity, acceleration, Lian (65, 19), velocity gradient, Lian (62, 63), affine moment (APIC).
+//! The same sums one particle at a time: [`super::plain`].
 
 use super::bins::Bin;
 use super::frame::TileFrame;
