@@ -17,6 +17,7 @@ use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membra
 use crate::error::Diagnostic;
 use crate::material::{PointLaw, StartState};
 use crate::math::{Tensor, Vector};
+use crate::parallel;
 use crate::simulation::Timer;
 
 impl<const D: usize> Mpm<D> {
@@ -279,7 +280,8 @@ fn mass_cutoffs<const D: usize>(
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
 /// start, which the columns of wave speeds hold before the first step.
 fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
-    let sound = bodies.iter().flat_map(|body| &body.particles.wave_speed).fold(0.0, |most: f64, &c| most.max(c));
+    let largest = |body: &Body<D>| parallel::max(body.particles.len(), |p| body.particles.wave_speed[p]);
+    let sound = bodies.iter().map(largest).fold(0.0, f64::max);
     match transfer {
         Transfer::Flip { filter_interval: steps @ 1.., .. } if sound > 0.0 => f64::from(steps) * 0.3 * cell / sound,
         _ => f64::INFINITY,

@@ -259,6 +259,18 @@ pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
 }
 
+/// The largest `term` over `0..len`, zero where none is above; NaN counts as nothing.
+///
+/// ```
+/// use lateen::parallel;
+///
+/// assert_eq!(parallel::max(100_000, |n| (n as f64 - 70_000.0).abs()), 70_000.0);
+/// assert_eq!(parallel::max(0, |_| 1.0), 0.0);
+/// ```
+pub fn max(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
+    reduce(len, |range| range.map(&term).fold(0.0, f64::max), f64::max).unwrap_or(0.0)
+}
+
 /// The results of `work` on each of the parts, in their order; each is a task of its own.
 pub fn map_parts<P: Send, T: Send>(parts: impl IntoIterator<Item = P>, work: impl Fn(P) -> T + Sync) -> Vec<T> {
     let mut parts: Vec<Option<P>> = parts.into_iter().map(Some).collect();

@@ -250,7 +250,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
         parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
             x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
         });
-        body.bins.disorder.drift += largest(shifts.iter()) / grid.cell;
+        body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n]) / grid.cell;
         body.work.shift = shifts;
     }
     coupling.find_membranes(walls, grid.cell);
@@ -260,7 +260,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
     for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
         let lattice = coupling.contact.stencil();
         work += shifts.iter().map(|s| work_over(grid, body, lattice, s.particle as usize, s.by)).sum::<f64>();
-        body.bins.disorder.drift += largest(shifts.iter().map(|shift| &shift.by)) / grid.cell;
+        body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n].by) / grid.cell;
     }
     work
 }
@@ -322,9 +322,9 @@ fn is_liquid<const D: usize>(body: &Body<D>) -> bool {
     !body.law.keeps_shape() && !body.law.is_ideal_gas() && !body.particles.is_empty()
 }
 
-/// The length of the longest [m].
-fn largest<'a, const D: usize>(shifts: impl Iterator<Item = &'a Vector<D>>) -> f64 {
-    shifts.map(|by| by.norm_squared()).fold(0.0, f64::max).sqrt()
+/// Length of the longest of so many shifts [m].
+fn largest<const D: usize>(count: usize, shift: impl Fn(usize) -> Vector<D> + Sync + Send) -> f64 {
+    parallel::max(count, |n| shift(n).norm_squared()).sqrt()
 }
 
 /// Work that stresses, gravity and tractions would have done over the displacement `by` [m] of a particle, m_p Σ N_I

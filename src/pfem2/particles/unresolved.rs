@@ -57,7 +57,7 @@ impl<const D: usize> ParticleTracking<D> {
 /// The largest difference between the velocity of each node and of those around it [m/s].
 fn differences<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> Vec<f64> {
     let VelocityPressureSystem { mesh, velocity, .. } = system;
-    let fastest = velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    let fastest = parallel::max(velocity.len(), |node| velocity[node].norm());
     let of = |node: usize| {
         let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
         around.fold(ROUND_OFF * fastest, |most: f64, k| most.max((velocity[k as usize] - velocity[node]).norm()))

@@ -4,6 +4,7 @@
 //! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
 //! unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
+use crate::parallel;
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particles::Particles;
@@ -62,8 +63,13 @@ impl Notices {
         if phases < 2 {
             return;
         }
-        let mut left = vec![false; phases];
-        particles.phase.iter().for_each(|&phase| left[usize::from(phase)] = true);
+        let seen = |range: std::ops::Range<usize>| {
+            let mut left = vec![false; phases];
+            particles.phase[range].iter().for_each(|&phase| left[usize::from(phase)] = true);
+            left
+        };
+        let either = |a: Vec<bool>, b: Vec<bool>| a.into_iter().zip(b).map(|(a, b)| a || b).collect();
+        let left = parallel::reduce(particles.len(), seen, either).unwrap_or_else(|| vec![false; phases]);
         for (index, (name, left)) in system.phase_names().zip(left).enumerate() {
             if left {
                 self.been.insert(index);

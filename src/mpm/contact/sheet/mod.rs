@@ -27,6 +27,7 @@ use crate::math::Vector;
 use crate::mpm::contact::rigid::{NodePositions, RigidContacts, Squeeze};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Friction, SubStep};
+use crate::parallel;
 
 /// A membrane, and the forces of contact on its nodes.
 #[derive(Debug)]
@@ -108,8 +109,7 @@ impl<const D: usize> ContactSheet<D> {
 
     /// The farthest that any of its nodes has moved in the step, to `position` [m].
     pub fn travel(&self, position: &[Vector<D>]) -> f64 {
-        let squares = position.iter().zip(&self.before).map(|(now, before)| (*now - *before).norm_squared());
-        squares.fold(0.0, f64::max).sqrt()
+        parallel::max(self.before.len(), |k| (position[k] - self.before[k]).norm_squared()).sqrt()
     }
 
     /// The sheet, refreshed where its nodes have moved to, `position` [m].
