@@ -21,7 +21,7 @@ use crate::math::Vector;
 use std::f64::consts::PI;
 
 /// Distance, in radii, beyond which a cluster is approximated by a dipole.
-const FAR: f64 = 2.5;
+const DIPOLE_DISTANCE: f64 = 2.5;
 
 /// Segments or triangles that a cluster without parts may have.
 const LEAF: usize = 8;
@@ -106,7 +106,7 @@ impl<const D: usize> Winding<D> {
         let cluster = &self.clusters[index];
         let r = cluster.centre - x;
         let distance = r.norm();
-        if distance > FAR * cluster.radius {
+        if distance > DIPOLE_DISTANCE * cluster.radius {
             return cluster.area.dot(r) / (2.0 * (D - 1) as f64 * PI * distance.powi(D as i32));
         }
         if cluster.second == 0 {

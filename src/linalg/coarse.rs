@@ -23,7 +23,7 @@ const MOTIONS: usize = 14;
 const STEPS: usize = 6;
 
 /// Part by which trace(WᵀY) may differ from that of the first system: beyond, the step or the stiffness is another.
-const SAME: f64 = 0.25;
+const TRACE_CHANGE_ALLOWED: f64 = 0.25;
 
 /// Least λ of a motion that is corrected: below, the preconditioned eigenvalue 1 + λ is near enough to 1, and Λ⁻¹ would magnify errors of Â⁻¹.
 const LEAST_ADDED_MASS: f64 = 0.1;
@@ -164,7 +164,7 @@ impl<const B: usize> CoarseCorrection<B> {
         let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
         let sum = |i: usize, j: usize| self.added[i] * unit(i, j) + compliances[i][j];
         self.weights = solved(small_matrix(count, sum), small_matrix(count, unit));
-        (trace - self.compliance).abs() <= SAME * self.compliance.abs()
+        (trace - self.compliance).abs() <= TRACE_CHANGE_ALLOWED * self.compliance.abs()
     }
 
     /// Corrects a solution of the border and its near nodes.

@@ -31,7 +31,7 @@ const WEAK: f32 = 0.06;
 const COARSEST: usize = 250;
 
 /// A coarse residual reduced to this part needs no second step.
-const ENOUGH: f64 = 0.2;
+const SUFFICIENT_REDUCTION: f64 = 0.2;
 
 /// Levels from fine to coarse.
 pub(super) struct Hierarchy {
@@ -251,7 +251,7 @@ fn minimize(levels: &mut [GridLevel], coarsest: &Dense) {
     let step = (dot(&workspace.image[0], &workspace.right) / square) as f32;
     workspace.right.iter_mut().zip(&workspace.image[0]).for_each(|(r, image)| *r -= step * image);
     workspace.direction.copy_from_slice(&workspace.x);
-    if dot(&workspace.right, &workspace.right) <= ENOUGH * ENOUGH * start {
+    if dot(&workspace.right, &workspace.right) <= SUFFICIENT_REDUCTION * SUFFICIENT_REDUCTION * start {
         workspace.x.iter_mut().for_each(|x| *x *= step);
         return;
     }

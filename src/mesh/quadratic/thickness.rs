@@ -5,7 +5,7 @@ use super::measure::ElementSide;
 use crate::math::Vector;
 
 /// Sides from which the thickness is measured, at most.
-const MOST: usize = 400;
+const MOST_SIDES: usize = 400;
 
 /// Two sides face each other if the cosine between their normals is below minus this.
 const FACING: f64 = 0.7;
@@ -43,7 +43,7 @@ impl QuadraticMesh {
     pub fn thicknesses(&self) -> Vec<Thickness> {
         let sides = self.surface();
         let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
-        let stride = sides.len().div_ceil(MOST).max(1);
+        let stride = sides.len().div_ceil(MOST_SIDES).max(1);
         sides.iter().step_by(stride).filter_map(|&side| self.across(side, &pieces)).collect()
     }
 

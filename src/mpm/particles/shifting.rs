@@ -46,7 +46,7 @@ const EVERY: u64 = 10;
 
 /// α, and the most of α ‖ε̇‖ Δt that is stable.
 const PACE: f64 = 1.0;
-const MOST: f64 = 0.1;
+const LARGEST_SHIFT_FACTOR: f64 = 0.1;
 
 /// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within
 /// some thousand steps an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where
@@ -192,7 +192,7 @@ fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vect
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         for p in 0..chunk.particles.len() {
             let rate = rate_of_strain(&chunk.rows.gradient(p));
-            chunk.particles.shift[p][0] = (PACE * rate * dt).min(MOST);
+            chunk.particles.shift[p][0] = (PACE * rate * dt).min(LARGEST_SHIFT_FACTOR);
         }
     });
 }

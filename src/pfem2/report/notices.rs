@@ -13,7 +13,7 @@ use crate::simulation::{Column, SaidOnce};
 use std::collections::BTreeSet;
 
 /// Part of its volume below which a fluid in a closed box is going.
-const LEFT: f64 = 0.9;
+const LEAST_VOLUME_LEFT: f64 = 0.9;
 
 /// Part of the volume of several fluids that may be missing without a word.
 const CHANGED: f64 = 1e-3;
@@ -162,7 +162,7 @@ impl Notices {
     /// Fluids that have lost a tenth of their volume where nothing can leave; `start` and `now` by fluid [m³].
     pub fn losses(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
         for ((fluid, start), now) in fluids.iter().zip(start).zip(now) {
-            if *now < LEFT * start {
+            if *now < LEAST_VOLUME_LEFT * start {
                 self.said.say(&format!("lost: {}", fluid.name), || {
                     format!(
                         "`{}` has lost more than a tenth of its volume, though nothing can leave: it is thinner than elements \

@@ -26,14 +26,14 @@ use crate::pfem2::time::history::{StepShares, TimeHistory};
 
 /// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew
 /// about the end that was found...
-const FAR: f64 = 0.1;
+const LARGEST_PREDICTION_ERROR: f64 = 0.1;
 
 /// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less
 /// than a hundredth.
 const SETTLED: f64 = 0.02;
 
 /// Repeated solutions of a step stall, as where two shapes lead to each other by turns, if a correction is above this part of the one before. The next
-/// prediction is half-way then, and an end that is not [`FAR`] is taken.
+/// prediction is half-way then, and an end that is not [`LARGEST_PREDICTION_ERROR`] is taken.
 const STALLED: f64 = 0.9;
 
 /// Solutions of a step before they can count as stalled: corrections of the first ones may rise.
@@ -223,7 +223,7 @@ impl<const D: usize> SolidTracking<D> {
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let correction = self.contacts.solids.largest_error(mesh, [&places[0], &places[1]]);
         let stalls = self.last.solutions > SOLUTIONS_BEFORE_STALL && correction > STALLED * self.last.last_correction;
-        let is_near = correction <= if self.first.is_none() || stalls { FAR } else { SETTLED };
+        let is_near = correction <= if self.first.is_none() || stalls { LARGEST_PREDICTION_ERROR } else { SETTLED };
         let keeps_gap =
             !self.contacts.any() || self.contacts.depth_without_contact(&self.structure, mesh, &places[0])? <= DEPTH;
         let is_impact = own.theta < 1.0 && self.contacts.has_unresolved_impact(own, &self.structure, &solution.nodal);

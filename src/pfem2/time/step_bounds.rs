@@ -17,7 +17,7 @@ const START: f64 = 0.1;
 
 /// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles doesn't
 /// shrink with the step, and shorter steps would follow nothing else.
-const LEAST: f64 = 0.05;
+const SHORTEST_STEP: f64 = 0.05;
 
 /// Times at which lids and inlets are asked for their speed.
 const SAMPLES: usize = 16;
@@ -75,7 +75,7 @@ impl StepLimits {
         match steps {
             _ if !self.control.is_active() => bound,
             0 => START * bound,
-            _ => bound.min(self.control.recommended.max(LEAST * waves.min(system.crossing_time()))),
+            _ => bound.min(self.control.recommended.max(SHORTEST_STEP * waves.min(system.crossing_time()))),
         }
     }
 

@@ -131,7 +131,7 @@ impl<const D: usize> Map<D> {
             node.centre = node.centre / node.mass;
             node.offset /= node.mass;
             let normal = node.project(node.normal);
-            let (heavy, clear) = (node.mass > LEAST * heaviest, normal.norm() > FOLDED * area);
+            let (heavy, clear) = (node.mass > LEAST_MASS_SHARE * heaviest, normal.norm() > FOLDED * area);
             node.folded = heavy && !clear;
             node.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
             node.find_inertia();
@@ -209,7 +209,7 @@ impl<const D: usize> Map<D> {
 }
 
 /// Nodes with less than this share of the heaviest node's mass are left out.
-const LEAST: f64 = 1e-6;
+const LEAST_MASS_SHARE: f64 = 1e-6;
 
 /// Share of the area below which the vector area gives no direction: the sheet is folded.
 const FOLDED: f64 = 0.1;

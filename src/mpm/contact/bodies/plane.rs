@@ -31,7 +31,7 @@ pub struct NodeParticle<const D: usize> {
 }
 
 /// Round-off of positions at the edge of a particle's patch [cells].
-const NEAR: f64 = 1e-9;
+const PATCH_ROUND_OFF: f64 = 1e-9;
 
 /// Pivots below this part of the largest diagonal entry are round-off.
 pub(super) const LEAST_PIVOT: f64 = 1e-12;
@@ -158,7 +158,7 @@ fn gap<const D: usize>(cloud: &[NodeParticle<D>], normal: Vector<D>) -> Option<f
     let (mut first, mut second) = (f64::NEG_INFINITY, f64::INFINITY);
     for point in cloud {
         let height = point.position.dot(normal);
-        if (point.position - normal * height).norm() > point.width + NEAR {
+        if (point.position - normal * height).norm() > point.width + PATCH_ROUND_OFF {
             continue;
         }
         let radius = point.shape.transpose().apply(normal).norm();

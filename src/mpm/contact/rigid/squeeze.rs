@@ -16,7 +16,7 @@ const OPPOSITE: f64 = -0.9;
 
 /// The part of the thickness that may be squeezed away: what rounding and linear gaps are wrong by is far less. Below a half, so that a
 /// node that an obstacle presses against a wall is found before it leaves the grid.
-const MOST: f64 = 0.4;
+const LARGEST_SQUEEZE: f64 = 0.4;
 
 /// A point is held along a normal if the axes that are free take up less than this of it.
 const HELD: f64 = 1e-6;
@@ -66,10 +66,10 @@ impl<const D: usize> RigidContacts<D> {
         };
         // The contacts of a node, and those of an element, follow each other.
         for near in self.contacts.chunk_by(|a, b| a.nodes == b.nodes) {
-            for contact in near.iter().filter(|contact| -gap(contact) > MOST * contact.thickness) {
+            for contact in near.iter().filter(|contact| -gap(contact) > LARGEST_SQUEEZE * contact.thickness) {
                 let too_near = |other: &&RigidContact<D>| {
                     contact.is_opposite(other)
-                        && -(gap(contact) + gap(other)) > MOST * (contact.thickness + other.thickness)
+                        && -(gap(contact) + gap(other)) > LARGEST_SQUEEZE * (contact.thickness + other.thickness)
                 };
                 if let Some(other) = near.iter().find(too_near) {
                     return Some(found(contact, Some(other), distance(contact) + distance(other)));

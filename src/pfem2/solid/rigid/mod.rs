@@ -283,12 +283,12 @@ impl RigidBody {
     /// The entries of the row of T of a node along an axis about a prediction, and v̄ [m/s].
     pub fn row(&self, prediction: &RigidPrediction, node: usize, axis: usize) -> (Vec<(u32, f64)>, f64) {
         /// Less than this of the largest is rounding: the node is held.
-        const NOTHING: f64 = 1e-12;
+        const LEAST_RATE: f64 = 1e-12;
         let arm = prediction.rotation.apply(self.arms[node]);
         let Freedom { particular, free, .. } = &prediction.freedom;
         let size = |rates: &RigidRates| rates.velocity.norm() + rates.spin.norm() * arm.norm();
         let entries = (prediction.first..).zip(free).map(|(column, rates)| (column, rates.at(arm)[axis], size(rates)));
-        let entries = entries.filter(|(_, value, size)| value.abs() > NOTHING * size);
+        let entries = entries.filter(|(_, value, size)| value.abs() > LEAST_RATE * size);
         (entries.map(|(column, value, _)| (column, value)).collect(), particular.at(arm)[axis])
     }
 
