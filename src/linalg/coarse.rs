@@ -46,7 +46,7 @@ pub(super) struct CoarseCorrection<const B: usize> {
     added: Vec<f64>,
     /// trace(WᵀY) of the first system, 0 before it.
     compliance: f64,
-    /// Its use.
+    /// Use of the correction.
     reuse: ReusePolicy,
     /// The columns of Y, with the velocities of near nodes.
     responses: Vec<BorderResponse<B>>,

@@ -50,7 +50,7 @@ impl Elastic {
         self.poisson >= 0.5
     }
 
-    /// Its moduli; incompressible: the bulk modulus is [`INCOMPRESSIBLE`] times the shear modulus.
+    /// Moduli of the law; incompressible: the bulk modulus is [`INCOMPRESSIBLE`] times the shear modulus.
     #[inline(always)]
     pub fn moduli(&self) -> Moduli {
         let shear = self.young / (2.0 * (1.0 + self.poisson));
@@ -87,7 +87,7 @@ impl Elastic {
         })
     }
 
-    /// As [`Elastic::start`], for a metal that yields at `yield_stress` [Pa].
+    /// State at the start, as [`Elastic::start`], of a metal that yields at `yield_stress` [Pa].
     ///
     /// # Errors
     /// A sentence, when an energy is prescribed or a stress beyond yield.

@@ -17,7 +17,7 @@ const SAME_NODE_DISTANCE: f64 = 1e-12;
 pub struct Finding {
     /// The problem.
     pub problem: Problem,
-    /// Its place: the centre of the element, or the node [m].
+    /// Place of the flaw: the centre of the element, or the node [m].
     pub place: [f64; 3],
     /// Names of the element or node, and of its neighbour, in the message.
     called: [i64; 2],

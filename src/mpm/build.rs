@@ -85,7 +85,7 @@ impl<const D: usize> Mpm<D> {
         (self.method.safety * bounds.fold(f64::INFINITY, f64::min)).min(self.coupling.bound())
     }
 
-    /// The same with transfers as plain loops over the particles: the specification of the fast ones, to compare with.
+    /// The solver with transfers as plain loops over the particles: the specification of the fast ones, to compare with.
     #[must_use]
     pub fn with_plain_transfers(mut self) -> Self {
         self.executor = Box::new(Plain);
@@ -176,7 +176,7 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     findings
 }
 
-/// The same about one body; `require` takes a condition, a key of the body with a dot before it, and the message if the condition fails.
+/// Checks one body; `require` takes a condition, a key of the body with a dot before it, and the message if the condition fails.
 fn check_body<const D: usize>(body: &BodySetup<D>, grid: &GridSetup<D>, mut require: impl FnMut(bool, &str, String)) {
     let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
     let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));

@@ -36,11 +36,11 @@ const OVERLAP_ALLOWED: f64 = 0.1;
 pub struct SubStep<'a> {
     /// The step.
     pub step: &'a Step,
-    /// Its beginning after the start of the step, for positions [s].
+    /// Beginning of the sub-step after the start of the step, for positions [s].
     pub elapsed: f64,
     /// Length [s].
     pub dt: f64,
-    /// Its end after the start of the step, for the momentum of bodies and sheets [s].
+    /// End of the sub-step after the start of the step, for the momentum of bodies and sheets [s].
     pub momentum_end: f64,
     /// Length for the momentum [s].
     pub momentum_dt: f64,

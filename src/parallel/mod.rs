@@ -139,12 +139,12 @@ pub fn collect<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> T + Sync)
     join(map_ranges(len, size, |range| range.map(&of).collect()))
 }
 
-/// As [`collect`], without the `None`s.
+/// The results of `of`, as [`collect`] gives them, without the `None`s.
 pub fn collect_some<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     join(map_ranges(len, size, |range| range.filter_map(&of).collect()))
 }
 
-/// As [`collect`], for iterators, one after the other.
+/// The entries of the iterators that `of` returns, one after the other, as [`collect`] cuts them.
 pub fn collect_all<I: IntoIterator>(len: usize, size: usize, of: impl Fn(usize) -> I + Sync) -> Vec<I::Item>
 where
     I::Item: Send,
@@ -198,7 +198,7 @@ pub fn for_each_pair_mut<A: Send, B: Send>(a: &mut [A], b: &mut [B], run: impl F
     for_each_chunk((a, b), CHUNK, |_, (a, b)| a.iter_mut().zip(b).for_each(|(a, b)| run(a, b)));
 }
 
-/// As [`for_each_pair_mut`]; folds what `run` returns in order, chunk by chunk.
+/// Calls `run`, as [`for_each_pair_mut`] does; folds what it returns in order, chunk by chunk.
 pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     a: &mut [A],
     b: &mut [B],
@@ -211,7 +211,7 @@ pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     parts.into_iter().flatten().reduce(fold)
 }
 
-/// As [`for_each_pair_mut`], with the number of the pair; what `run` returns, in order.
+/// Calls `run` with the number of the pair, as [`for_each_pair_mut`] does; returns what it returns, in order.
 pub fn collect_pair_mut<A: Send, B: Send, T: Send>(
     a: &mut [A],
     b: &mut [B],

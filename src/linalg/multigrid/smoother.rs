@@ -5,7 +5,7 @@
 use super::csr::Csr;
 use rayon::prelude::*;
 
-/// At most this many blocks.
+/// Number of blocks of rows, at most.
 const BLOCKS: usize = 8;
 
 /// Least size of a block.

@@ -55,7 +55,7 @@ impl Nodes {
 }
 
 impl SurfacePatches {
-    /// Of a closed surface.
+    /// Patches of a closed surface.
     ///
     /// # Errors
     /// More triangles than a surface may have.

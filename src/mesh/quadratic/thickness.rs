@@ -55,7 +55,7 @@ impl QuadraticMesh {
         Thickness { elements, length, middle: ((lower + upper) * 0.5).0 }
     }
 
-    /// From the middle of a side to what faces it behind.
+    /// Thickness from the middle of a side to the surface that faces it behind.
     fn across(&self, side: ElementSide, pieces: &[FacePiece]) -> Option<Thickness> {
         let at = |end: f64| {
             let xi = std::array::from_fn(|k| if k == side.axis { end } else { 0.0 });

@@ -33,7 +33,7 @@ pub struct Touch<const D: usize> {
 /// The impulse that a body receives; the middle partner receives the opposite.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Impulse<const D: usize> {
-    /// Along the normal [N s].
+    /// Impulse along the normal [N s].
     pub normal: Vector<D>,
     /// Friction [N s].
     pub tangent: Vector<D>,

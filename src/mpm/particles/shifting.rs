@@ -66,7 +66,7 @@ const LEAST_FREE_VOLUME: f64 = 0.3;
 pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
-    /// Its ghosts.
+    /// Ghosts of the grid.
     pub ghosts: &'a Ghosts<D>,
     /// Walls and obstacles.
     pub walls: &'a Walls<D>,

@@ -60,7 +60,7 @@ impl Record for EnergyScales {
 }
 
 impl Notices {
-    /// For bodies that begin with this internal energy [J].
+    /// Notices of bodies that begin with this internal energy [J].
     pub fn new(internal: f64) -> Self {
         let scales = EnergyScales { internal_start: internal, ..EnergyScales::default() };
         Self { scales, ..Self::default() }

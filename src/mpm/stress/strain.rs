@@ -125,7 +125,7 @@ pub(in crate::mpm) fn blend_volume_ratio<const D: usize>(chunk: &mut Chunk<'_, D
     }
 }
 
-/// As [`blend_volume_ratio`], and scales the gradients to fit.
+/// Blends volume ratios, as [`blend_volume_ratio`], and scales the gradients to fit.
 pub(in crate::mpm) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
     let mut change: ChunkColumn = [0.0; CHUNK + WIDTH];
     let columns = chunk.particles.volume_ratio.iter_mut().zip(&chunk.rows.scalar).zip(&mut change);

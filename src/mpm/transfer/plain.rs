@@ -93,7 +93,7 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     }
 }
 
-/// Their momentum alone.
+/// Momentum of the particles alone.
 fn scatter_momentum<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,

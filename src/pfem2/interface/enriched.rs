@@ -77,7 +77,7 @@ impl<const N: usize> Enriched<N> {
         Self { rows, columns, inverse: inverse_of_semidefinite(matrix), load, walls: Vec::new() }
     }
 
-    /// With what slip facets add to K_se transposed (see [`crate::pfem2::equations::slip`]).
+    /// The enriched pressure with the terms of slip facets in K_se transposed (see [`crate::pfem2::equations::slip`]).
     pub fn beside(self, walls: Vec<[[f64; N]; N]>) -> Self {
         Self { walls, ..self }
     }

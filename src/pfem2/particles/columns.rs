@@ -181,7 +181,7 @@ impl<const D: usize> Particles<D> {
         self.optional[place].values = values;
     }
 
-    /// Their number.
+    /// Number of particles.
     pub fn len(&self) -> usize {
         self.position.len()
     }

@@ -46,7 +46,7 @@ pub fn filter(dt: f64, relaxation: f64) -> f64 {
 
 /// Increments and velocities that heavy particles receive.
 struct Heavy<const D: usize> {
-    /// By fluid; none of a fluid that is no projectile.
+    /// Increments by fluid; none of a fluid that is no projectile.
     increment: Vec<Option<Continued<D>>>,
     velocity: Continued<D>,
     fall: Vector<D>,

@@ -50,7 +50,7 @@ const BACKWARD_STEPS: usize = 3;
 /// The solids of a run.
 #[derive(Debug)]
 pub(in crate::pfem2) struct SolidTracking<const D: usize> {
-    /// Their meshes, laws and state.
+    /// Meshes, laws and state of the solids.
     pub structure: Structure<D>,
     /// The elements of each as simple ones, for pictures.
     pub quadrilaterals: Vec<Vec<[u32; 4]>>,
@@ -58,7 +58,7 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pub outlines: Vec<SolidOutline>,
     /// Points about which the forces on them have moments [m].
     pub about: Vec<Option<Vector<D>>>,
-    /// Their contacts with walls, with each other and with themselves.
+    /// Contacts of the solids with walls, with each other and with themselves.
     contacts: StepContacts<D>,
     /// K_p of the pressure of the fluid in the step that is being made (theory (J.9b)).
     pressure_stiffness: Option<SparseMatrix>,

@@ -21,7 +21,7 @@ use crate::pfem2::time::startup::impulsive_energy;
 /// are at rest.
 const TOLERANCE: f64 = 1e-6;
 
-/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an
+/// Bounds for solids without supports to be at rest: the last acceleration over the largest, and the last displacement over an
 /// element.
 const FREE_TOLERANCE: f64 = 1e-3;
 

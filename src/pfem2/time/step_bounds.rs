@@ -34,7 +34,7 @@ pub(in crate::pfem2) struct StepLimits {
 }
 
 impl StepLimits {
-    /// For a scheme, a Courant number and the largest error of a step over that of the mesh; infinity: no bound.
+    /// Limits of a scheme, with a Courant number and the largest error of a step over that of the mesh; infinity: no bound.
     pub fn new(scheme: Scheme, courant: f64, tolerance: f64) -> Self {
         Self { max_omega_dt: max_omega_dt(scheme), courant, control: StepControl::new(tolerance) }
     }

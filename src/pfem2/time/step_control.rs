@@ -37,10 +37,10 @@ const FLOOR: f64 = 1e-3;
 /// Errors in time above this part of the velocity do, however coarse the mesh.
 const CEILING: f64 = 0.05;
 
-/// The same as [`FLOOR`] in parts of the largest velocity so far, for flows that come to rest.
+/// Least error that is allowed, as [`FLOOR`], in parts of the largest velocity so far, for flows that come to rest.
 const AT_REST: f64 = 1e-4;
 
-/// The same in parts of what gravity gives in a step: round-off of a fluid at rest is far below it.
+/// Least error that is allowed in parts of what gravity gives in a step: round-off of a fluid at rest is far below it.
 const ROUND_OFF: f64 = 1e-6;
 
 /// Elements that the interface may be off after a step.
@@ -68,13 +68,13 @@ const RISE: f64 = 1.2;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ErrorEstimates {
-    /// Of the velocity, in time, over the velocity.
+    /// Error of the velocity, in time, over the velocity.
     pub time: f64,
-    /// Of the velocity on the mesh, over the velocity.
+    /// Error of the velocity on the mesh, over the velocity.
     pub mesh: f64,
-    /// Of the interface, in elements.
+    /// Error of the interface, in elements.
     pub interface: f64,
-    /// Of the velocity of solids, in time, over the largest so far.
+    /// Error of the velocity of solids, in time, over the largest so far.
     pub solids: f64,
 }
 
@@ -96,7 +96,7 @@ pub struct StepControl {
 }
 
 impl StepControl {
-    /// With the largest error in time over that of the mesh.
+    /// Control by the largest error in time over that of the mesh.
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,

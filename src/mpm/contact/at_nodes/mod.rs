@@ -48,7 +48,7 @@ pub struct AtNodes<const D: usize> {
 }
 
 impl<const D: usize> AtNodes<D> {
-    /// For a sheet and so many fields; `tolerance` [m] is the gap below which contact acts.
+    /// Contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact acts.
     pub fn new(source: &SheetSource<'_, D>, fields: usize, tolerance: f64) -> Self {
         Self {
             map: Map::new(source),

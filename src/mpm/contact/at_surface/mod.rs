@@ -266,7 +266,7 @@ fn relabel<const D: usize>(labels: &mut Labels, candidate: &Candidate<D>, step: 
 /// A candidate with a side.
 struct SidedCandidate<const D: usize> {
     candidate: Candidate<D>,
-    /// Its particles.
+    /// Particles of the contact.
     members: Vec<WeightedParticle<D>>,
     /// +1 where the normals of the sheet point.
     side: f64,

@@ -66,7 +66,7 @@ pub struct RigidContacts<const D: usize> {
 const NONE: u32 = u32::MAX;
 
 impl<const D: usize> RigidContacts<D> {
-    /// For a sheet of so many nodes, and what the case says of its friction.
+    /// Contacts of a sheet of so many nodes, with the friction that the case names.
     pub fn new(nodes: usize, listed: Vec<(String, Friction)>) -> Self {
         Self { held: vec![Vector::ZERO; nodes], listed, ..Self::default() }
     }

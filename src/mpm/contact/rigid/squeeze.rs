@@ -11,7 +11,7 @@ use super::{RigidContact, RigidContacts};
 use crate::math::Vector;
 use crate::mpm::wall::Walls;
 
-/// Between normals that are nearer to opposite, within 26 degrees, nothing slips out sideways.
+/// Cosine between normals below which, within 26 degrees of opposite, nothing slips out sideways.
 const OPPOSITE: f64 = -0.9;
 
 /// The part of the thickness that may be squeezed away: what rounding and linear gaps are wrong by is far less. Below a half, so that a
@@ -26,14 +26,14 @@ const HELD: f64 = 1e-6;
 pub struct NodePositions<'a, const D: usize> {
     /// Now.
     pub position: &'a [Vector<D>],
-    /// At the start of the run.
+    /// Positions at the start of the run [m].
     pub reference: &'a [Vector<D>],
 }
 
 /// A point of a sheet that is squeezed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Squeeze<const D: usize> {
-    /// Its node, of a point within an element the first.
+    /// Node of the point, of a point within an element the first.
     pub node: usize,
     /// Position [m].
     pub place: Vector<D>,

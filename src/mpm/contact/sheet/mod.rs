@@ -33,7 +33,7 @@ use crate::parallel;
 #[derive(Debug)]
 pub struct ContactSheet<const D: usize> {
     pub name: String,
-    /// Its number among all sheets.
+    /// Number of the sheet among all sheets.
     pub number: usize,
     pub facets: Vec<SheetFacet>,
     /// Search for the closest points of the sheet.

@@ -255,7 +255,7 @@ impl<const D: usize> Walls<D> {
         self.boundaries[point.boundary as usize].kind
     }
 
-    /// Its velocity there at time `t` [m/s].
+    /// Velocity of the wall at a point at time `t` [m/s].
     fn wall_at(&self, point: &SurfacePoint<D>, t: f64) -> Vector<D> {
         self.velocity(point.boundary as usize, point.place, t)
     }

@@ -25,9 +25,9 @@ use std::ops::Range;
 /// A rigid solid.
 #[derive(Debug)]
 pub struct RigidBody {
-    /// Its place among the solids.
+    /// Number of the solid among all.
     pub solid: usize,
-    /// Its nodes among those of all solids.
+    /// Nodes of the solid among those of all solids.
     pub nodes: Range<usize>,
     /// Mass [kg].
     pub mass: f64,
@@ -57,7 +57,7 @@ pub struct RigidState {
     pub acceleration: [Vector<3>; 2],
     /// L about the centre of mass [kg m²/s].
     pub momentum: Vector<3>,
-    /// Its rate at the end of the last steps [N m].
+    /// Rate of the angular momentum at the end of the last steps [N m].
     pub torque: [Vector<3>; 2],
 }
 
