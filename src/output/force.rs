@@ -77,7 +77,11 @@ impl Monitor for Forces {
 
 /// The part that a force acts on, for the heads of its history.
 fn on(name: &str) -> String {
-    if name.starts_with("contact:") { "on the first".to_owned() } else { format!("on {name}") }
+    match name.strip_prefix("contacts:") {
+        Some(solid) => format!("on {solid}"),
+        None if name.starts_with("contact:") => "on the first".to_owned(),
+        None => format!("on {name}"),
+    }
 }
 
 /// Writes every named count, and the amounts beside them, to `counts.csv`, one column each.

@@ -24,7 +24,7 @@ use super::particles::FrozenFlow;
 use super::particles::project::ConvectedVelocity;
 use super::particles::reseed::ParticleCounts;
 use super::particles::tracking::{ParticleRules, ParticleTracking};
-use super::report::balance::EnergyBalance;
+use super::report::balance::{EnergyBalance, SolidsAtStart};
 use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
 use super::report::strain::StrainEnergy;
@@ -136,6 +136,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.forces.mean.iter().for_each(|force| visit(force.to3()));
         let solids = self.solids.iter().flat_map(|solids| &solids.last.forces_mean);
         solids.for_each(|force| visit(force.to3()));
+        let holding = self.solids.iter().flat_map(|solids| &solids.last.holding.mean);
+        holding.for_each(|force| visit(force.to3()));
         let on_particles = self.system.particle_solids.iter().flat_map(|solids| &solids.forces);
         on_particles.for_each(|force| visit(force.to3()));
         snapshot::moments(self).for_each(|(_, moment)| visit(moment));
@@ -181,7 +183,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.interface.begin_inflow(&pfem.system);
         pfem.interface.keep_volumes(&pfem.system, volume);
         pfem.begin_interface();
-        let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
+        let solids = pfem
+            .solids
+            .as_ref()
+            .map(|solids| SolidsAtStart { energies: solids.last.energies, mass: solids.structure.mass() });
         pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
         pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
         if let Some(solids) = &mut pfem.system.particle_solids {

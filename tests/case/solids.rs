@@ -279,7 +279,7 @@ on = "rest"
         assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{found:#?}");
     };
     let rigid = "law = \"rigid\", density = \"2000 kg/m^3\"";
-    refused(&case.replace(rigid, rubber), "needs elements inside of its surface", "hexahedra of second order");
+    refused(&case.replace(rigid, rubber), "needs elements inside of its surface", "in Gmsh with tetrahedra");
     let cells =
         case.replace("material = { law = \"rigid\"", "mesh = { cell = \"1 cm\" }\nmaterial = { law = \"rigid\"");
     refused(&cells, "is that of the file", "take it out");

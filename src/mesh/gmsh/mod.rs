@@ -1,7 +1,7 @@
 //! Files of Gmsh (`.msh`), versions 2.2 and 4.1, ASCII and binary (Gmsh reference manual, chapter 10).
 //!
-//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, or, of second order, lines, quadrilaterals and
-//! hexahedra with all their nodes; with the physical groups that they belong to. Counts are checked against the bytes that are left before memory is taken.
+//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, for solids also hexahedra, and all of these of second order,
+//! quadrilaterals and hexahedra with all their nodes; with the physical groups that they belong to. Counts are checked against the bytes that are left before memory is taken.
 
 mod cursor;
 mod select;
@@ -18,7 +18,7 @@ use hashbrown::HashMap;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Contents of a Gmsh file, whose elements have `MOST` nodes at most: 4 in a file of first order, 27 in one of second order.
+/// Contents of a Gmsh file, whose elements have `MOST` nodes at most: 4 in a file of first order, 27 in one for solids.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GmshMesh<const MOST: usize = 4> {
     /// Node positions, in units of the file.
@@ -75,8 +75,14 @@ pub enum CellKind {
     Quadrilateral,
     /// A tetrahedron of four nodes.
     Tetrahedron,
+    /// A hexahedron of eight nodes.
+    Hexahedron,
     /// A line of three nodes.
     QuadraticLine,
+    /// A triangle of six nodes.
+    QuadraticTriangle,
+    /// A tetrahedron of ten nodes.
+    QuadraticTetrahedron,
     /// A quadrilateral of nine nodes.
     QuadraticQuadrilateral,
     /// A hexahedron of 27 nodes.
@@ -89,8 +95,8 @@ enum ElementOrder {
     /// Nodes at the corners.
     #[default]
     First,
-    /// Nodes at corners and in the middles of edges, faces and elements.
-    Second,
+    /// Or nodes at corners and in the middles of edges, and of the faces and insides of quadrilaterals and hexahedra.
+    FirstOrSecond,
 }
 
 impl CellKind {
@@ -101,39 +107,47 @@ impl CellKind {
             Self::Line => 2,
             Self::Triangle => 3,
             Self::Quadrilateral | Self::Tetrahedron => 4,
+            Self::Hexahedron => 8,
             Self::QuadraticLine => 3,
+            Self::QuadraticTriangle => 6,
+            Self::QuadraticTetrahedron => 10,
             Self::QuadraticQuadrilateral => 9,
             Self::QuadraticHexahedron => 27,
         }
     }
 
-    /// 0 for points to 3 for tetrahedra.
+    /// 0 for points to 3 for tetrahedra and hexahedra.
     pub fn dimension(self) -> usize {
         match self {
             Self::Point => 0,
             Self::Line | Self::QuadraticLine => 1,
-            Self::Triangle | Self::Quadrilateral | Self::QuadraticQuadrilateral => 2,
-            Self::Tetrahedron | Self::QuadraticHexahedron => 3,
+            Self::Triangle | Self::Quadrilateral | Self::QuadraticTriangle | Self::QuadraticQuadrilateral => 2,
+            Self::Tetrahedron | Self::Hexahedron | Self::QuadraticTetrahedron | Self::QuadraticHexahedron => 3,
         }
     }
 
-    /// From Gmsh's number of the element type, in a file of an order.
+    /// From Gmsh's number of the element type, in a file for elements of some orders.
     fn from_number(number: i64, order: ElementOrder) -> Result<Self, String> {
         match order {
             ElementOrder::First => Self::linear(number),
-            ElementOrder::Second => Self::quadratic(number),
+            ElementOrder::FirstOrSecond => Self::linear_or_quadratic(number),
         }
     }
 
-    fn quadratic(number: i64) -> Result<Self, String> {
+    fn linear_or_quadratic(number: i64) -> Result<Self, String> {
         Ok(match number {
             15 => Self::Point,
+            1 => Self::Line,
+            2 => Self::Triangle,
+            3 => Self::Quadrilateral,
+            4 => Self::Tetrahedron,
+            5 => Self::Hexahedron,
             8 => Self::QuadraticLine,
+            9 => Self::QuadraticTriangle,
             10 => Self::QuadraticQuadrilateral,
+            11 => Self::QuadraticTetrahedron,
             12 => Self::QuadraticHexahedron,
-            1..=7 => return Err(format!("element type {number} is of first order; save with Mesh.ElementOrder = 2")),
-            9 => return Err("triangles of a solid are not read; mesh with Mesh.RecombineAll = 1".into()),
-            11 => return Err("tetrahedra of a solid are not read; mesh with hexahedra".into()),
+            6 | 7 => return Err("prisms and pyramids are not read; mesh with tetrahedra or hexahedra".into()),
             16 | 17 => {
                 let message =
                     format!("element type {number} has no nodes inside; save with Mesh.SecondOrderIncomplete = 0");
@@ -141,7 +155,7 @@ impl CellKind {
             }
             13 | 14 | 18..=140 => {
                 return Err(format!(
-                    "element type {number} is not read; mesh with quadrilaterals or hexahedra of order 2"
+                    "element type {number} is not read; mesh with elements of order 1 or 2, triangles or quadrilaterals, tetrahedra or hexahedra"
                 ));
             }
             _ => return Err(format!("there is no element type {number}")),
@@ -174,12 +188,12 @@ pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
     parse(&bytes(path)?)
 }
 
-/// Reads a file of quadrilaterals and hexahedra of second order.
+/// Reads a file of triangles, quadrilaterals, tetrahedra and hexahedra of first or second order.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_quadratic(path: &Path) -> Result<GmshMesh<27>, GmshError> {
-    parse_as(&bytes(path)?, ElementOrder::Second)
+    parse_as(&bytes(path)?, ElementOrder::FirstOrSecond)
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, GmshError> {

@@ -80,12 +80,21 @@ impl<const MOST: usize> GmshMesh<MOST> {
     /// The nodes of each physical group among those that are `used`, ascending, as places in that list; groups without any are left out.
     pub(in crate::mesh) fn node_sets(&self, used: &[u32]) -> BTreeMap<String, Vec<u32>> {
         let index = |node: &u32| used.binary_search(node).ok().map(|place| place as u32);
+        self.node_sets_of(|cell| cell.nodes().iter().filter_map(index).collect())
+    }
+
+    /// The nodes of each physical group, ascending, with the nodes that `members` finds of each element; groups without any are left out.
+    pub(in crate::mesh) fn node_sets_of(
+        &self,
+        members: impl Fn(&Cell<MOST>) -> Vec<u32>,
+    ) -> BTreeMap<String, Vec<u32>> {
         let mut sets: BTreeMap<String, BTreeSet<u32>> = BTreeMap::new();
         for cell in &self.cells {
             for tag in &self.memberships[cell.membership as usize] {
                 let named = |g: &&super::PhysicalGroup| g.dimension == cell.kind.dimension() && g.tag == *tag;
-                let mut members = cell.nodes().iter().filter_map(index).peekable();
-                if let (Some(group), true) = (self.groups.iter().find(named), members.peek().is_some()) {
+                let Some(group) = self.groups.iter().find(named) else { continue };
+                let members = members(cell);
+                if !members.is_empty() {
                     sets.entry(group.name.clone()).or_default().extend(members);
                 }
             }

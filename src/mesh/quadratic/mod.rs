@@ -6,7 +6,7 @@
 //! ```
 //!
 //! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings around a square of
-//! discs, shells around a cube of balls, and triangles parted in three of all other plane regions. [`QuadraticFile`] reads one from a Gmsh file.
+//! discs, shells around a cube of balls, and triangles parted in three of all other plane regions. [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
 
 mod ball;
 mod block;
@@ -16,6 +16,7 @@ mod file;
 mod frame;
 mod measure;
 mod patches;
+mod raised;
 mod split;
 mod thickness;
 

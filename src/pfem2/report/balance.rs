@@ -26,6 +26,19 @@ const NEGATIVE: f64 = 0.01;
 /// Part of the weight times the size of the mesh that is rounding, and what the linear solver leaves.
 const ROUNDING: f64 = 1e-9;
 
+/// Part of an element by which gravity may move solids before errors are measured by its work: the surface of a solid is known no better in a mesh
+/// that it cuts close to a node, and one that floats at rest moves by less.
+const UNRESOLVED: f64 = 1e-3;
+
+/// Solids with which a balance is opened.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::pfem2) struct SolidsAtStart {
+    /// Their energies.
+    pub energies: SolidEnergies,
+    /// Their mass [kg].
+    pub mass: f64,
+}
+
 /// The energy balance of a run.
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
@@ -43,8 +56,8 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
     pub available: Option<AvailablePotentialEnergy>,
     /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
     pub initial_volumes: Vec<f64>,
-    /// Energy that is rounding: of the weight at the start over the height of the mesh [J].
-    pub rounding: f64,
+    /// Energy that is rounding, of the weight at the start over the height of the mesh, or that lifts solids by less than their surface is known [J].
+    pub negligible: f64,
 }
 
 impl<const D: usize> EnergyBalance<D> {
@@ -58,7 +71,7 @@ impl<const D: usize> EnergyBalance<D> {
             dissipation: ViscousDissipation::at_rest(nodes),
             available: None,
             initial_volumes: Vec::new(),
-            rounding: 0.0,
+            negligible: 0.0,
         }
     }
 
@@ -67,16 +80,19 @@ impl<const D: usize> EnergyBalance<D> {
         &mut self,
         system: &VelocityPressureSystem<D, N>,
         impulsive: f64,
-        solids: Option<SolidEnergies>,
+        solids: Option<SolidsAtStart>,
     ) {
-        self.solids = solids.map(SolidEnergy::open);
+        self.solids = solids.map(|solids| SolidEnergy::open(solids.energies));
         // Solids that sink or rise, and the strain in them, belong to it too.
         let fluids_alone = solids.is_none() && system.particle_solids.is_none();
         self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| fluids_alone);
         if system.boundary.is_closed() {
             self.initial_volumes = system.volumes.clone();
         }
-        self.rounding = ROUNDING * Vector(self.totals.weight).norm() * extent(&system.mesh);
+        let rounding = ROUNDING * Vector(self.totals.weight).norm() * extent(&system.mesh);
+        let gravity = Vector::<D>::from_fn(|i| system.physics.gravity[i].value([0.0; 3], 0.0)).norm();
+        let lift = solids.map_or(0.0, |solids| solids.mass * gravity * system.shortest());
+        self.negligible = rounding.max(UNRESOLVED * lift);
         self.ledger = EnergyLedger::open(self.totals.kinetic, system.surface_energy(), impulsive);
     }
 
@@ -156,7 +172,7 @@ impl<const D: usize> EnergyBalance<D> {
     /// The energy that errors are measured by: the largest other energy so far, and no less than what counts in this run [J].
     pub fn largest_energy(&self) -> f64 {
         let least = self.available.as_ref().map_or(0.0, |available| available.least(&self.ledger));
-        self.ledger.largest.max(least).max(self.rounding)
+        self.ledger.largest.max(least).max(self.negligible)
     }
 
     /// Gives notice of fluid that is lost, and of energy that errors took or gave.

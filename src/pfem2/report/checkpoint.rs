@@ -5,7 +5,7 @@ use crate::pfem2::Pfem2;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::tracking::ParticleEvents;
-use crate::pfem2::report::moments::Moments;
+use crate::pfem2::report::moments::StepMeans;
 use crate::pfem2::time::step_control::{ErrorEstimates, StepControl};
 use crate::simulation::{Column, MOST_COUNTED, Record};
 
@@ -99,7 +99,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("forces/earlier", Column::new(&mut pfem.forces.previous));
     // Nothing depends on these, but the state is shown with them.
     visit("forces/mean", Column::new(&mut pfem.forces.mean));
-    moment_columns("moments", &mut pfem.forces.moments, visit);
+    mean_columns("moments", &mut pfem.forces.moments, visit);
     visit("dt/previous", Column::scalar(&mut pfem.history.dt_previous));
     visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
     visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
@@ -184,7 +184,9 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/forces earlier", Column::new(&mut last.forces_earlier));
     visit("solids/forces mean", Column::new(&mut last.forces_mean));
     visit("solids/nodal forces", Column::new(&mut last.nodal));
-    moment_columns("solids/moments", &mut last.moments, visit);
+    mean_columns("solids/moments", &mut last.moments, visit);
+    mean_columns("solids/holding", &mut last.holding, visit);
+    mean_columns("solids/holding moments", &mut last.holding_moments, visit);
     visit("solids/contact forces of walls", Column::new(&mut last.contact_forces.walls));
     visit_count(visit, "solids/solutions", &mut last.solutions);
     visit_count(visit, "solids/backward steps", &mut last.backward_steps);
@@ -195,11 +197,11 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/energies", Column::record(&mut last.energies));
 }
 
-/// Moments of forces.
-fn moment_columns(name: &str, moments: &mut Moments, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    visit(name, Column::new(&mut moments.last));
-    visit(&format!("{name}/earlier"), Column::new(&mut moments.previous));
-    visit(&format!("{name}/mean"), Column::new(&mut moments.mean));
+/// Forces or moments of the last steps.
+fn mean_columns<const D: usize>(name: &str, forces: &mut StepMeans<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    visit(name, Column::new(&mut forces.last));
+    visit(&format!("{name}/earlier"), Column::new(&mut forces.previous));
+    visit(&format!("{name}/mean"), Column::new(&mut forces.mean));
 }
 
 /// Shows a count as one number.

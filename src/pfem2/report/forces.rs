@@ -9,7 +9,7 @@
 //! them the momentum balance of the mesh closes to round-off. A node of several parts is shared by facet areas, axis by
 //! axis: of a slip plane only its area across the axis counts, since nothing holds the fluid along it.
 
-use super::moments::{self, ForcedPart, MomentPoint, Moments};
+use super::moments::{self, ForcedPart, MomentPoint, StepMeans};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
@@ -74,7 +74,7 @@ pub(in crate::pfem2) struct BoundaryForces<const D: usize> {
     /// Means over the last step, with the shares that the step takes of each.
     pub mean: Vec<Vector<D>>,
     /// Moments, about the points of the parts.
-    pub moments: Moments,
+    pub moments: StepMeans<3>,
 }
 
 /// The force of the fluid on a part, its moment, and the power with which the part drives the fluid.
@@ -105,7 +105,7 @@ impl<const D: usize> BoundaryForces<D> {
         let about = moments::points(moments, parts.len(), |k| ForcedPart::Boundary(sets[k]));
         parts.iter_mut().zip(about).for_each(|(part, about)| part.about = about);
         let none = vec![Vector::ZERO; parts.len()];
-        let moments = Moments::none(parts.len());
+        let moments = StepMeans::none(parts.len());
         Self { parts, last: none.clone(), previous: none.clone(), mean: none, moments }
     }
 

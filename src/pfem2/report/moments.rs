@@ -27,33 +27,38 @@ pub enum ForcedPart {
     Solid(usize),
 }
 
-/// Moments at the ends of steps [N m], and their means over the last one; in the plane with the third component alone.
+/// Forces [N], or moments [N m], at the ends of steps, and their means over the last one; moments in the plane have the third component alone.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(in crate::pfem2) struct Moments {
+pub(in crate::pfem2) struct StepMeans<const D: usize> {
     /// At the end of the last step.
-    pub last: Vec<Vector<3>>,
+    pub last: Vec<Vector<D>>,
     /// At the end of the step before.
-    pub previous: Vec<Vector<3>>,
+    pub previous: Vec<Vector<D>>,
     /// Means over the last step, with the shares that it takes of each.
-    pub mean: Vec<Vector<3>>,
+    pub mean: Vec<Vector<D>>,
 }
 
-impl Moments {
-    /// Of so many parts, before the first step.
+impl<const D: usize> StepMeans<D> {
+    /// Of so many, before the first step.
     pub fn none(count: usize) -> Self {
         let none = vec![Vector::ZERO; count];
         Self { last: none.clone(), previous: none.clone(), mean: none }
     }
 
-    /// Takes the moments at the end of a step with its `shares`.
-    pub fn update(&mut self, now: Vec<Vector<3>>, shares: StepShares) {
+    /// Takes those at the end of a step with its `shares`.
+    pub fn update(&mut self, now: Vec<Vector<D>>, shares: StepShares) {
         let all = self.previous.iter().zip(&self.last).zip(&now);
         self.mean = all.map(|((m0, m1), m2)| *m0 * shares.earlier + *m1 * shares.start + *m2 * shares.end).collect();
         self.previous = std::mem::replace(&mut self.last, now);
     }
 
-    /// Takes moments as those of all steps before.
-    pub fn begin(&mut self, now: Vec<Vector<3>>) {
+    /// Adds to the means over the last step what has no share in the next one.
+    pub fn add_to_means(&mut self, more: impl Iterator<Item = Vector<D>>) {
+        self.mean.iter_mut().zip(more).for_each(|(mean, more)| *mean += more);
+    }
+
+    /// Takes these as those of all steps before.
+    pub fn begin(&mut self, now: Vec<Vector<D>>) {
         self.previous.clone_from(&now);
         self.last = now;
     }
@@ -92,7 +97,7 @@ mod tests {
     /// The means of a step are those of the forces: shares of three ends of steps.
     #[test]
     fn means_take_the_shares_of_a_step() {
-        let mut moments = Moments::none(1);
+        let mut moments = StepMeans::none(1);
         let at = |m: f64| vec![Vector([0.0, 0.0, m])];
         moments.begin(at(1.0));
         let shares = StepShares { dt: 0.1, end: 0.6, start: 0.3, earlier: 0.1 };

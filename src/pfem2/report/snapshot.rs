@@ -41,6 +41,7 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         forces: forces
             .map(|(part, force)| (part.name.clone(), force.to3()))
             .chain(forces_on_solids(pfem))
+            .chain(holding_forces(pfem))
             .chain(forces_on_particle_solids(pfem))
             .collect(),
         counts: counts(pfem),
@@ -227,7 +228,12 @@ pub(in crate::pfem2) fn moments<const D: usize, const N: usize>(
         let named = solids.structure.bodies().zip(&solids.about).zip(&solids.last.moments.mean);
         named.filter(|((_, about), _)| about.is_some()).map(|((body, _), moment)| (body.name.to_owned(), moment.0))
     });
-    on_parts.chain(on_solids)
+    let holding = pfem.solids.iter().flat_map(|solids| {
+        let names = solids.holders.names(&solids.structure).into_iter().zip(solids.holders.solids());
+        let all = names.zip(&solids.last.holding_moments.mean);
+        all.filter(|((_, solid), _)| solids.about[*solid].is_some()).map(|((name, _), moment)| (name, moment.0))
+    });
+    on_parts.chain(on_solids).chain(holding)
 }
 
 /// Stress and strain of a solid that isn't rigid.
@@ -257,6 +263,14 @@ fn forces_on_solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl 
     pfem.solids.iter().flat_map(|solids| {
         let named = solids.structure.bodies().zip(&solids.last.forces_mean);
         named.map(|(body, force)| (body.name.to_owned(), force.to3()))
+    })
+}
+
+/// Forces of solids on supports and springs, and of contacts on solids [N].
+fn holding_forces<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = (String, [f64; 3])> {
+    pfem.solids.iter().flat_map(|solids| {
+        let names = solids.holders.names(&solids.structure);
+        names.into_iter().zip(&solids.last.holding.mean).map(|(name, force)| (name, force.to3()))
     })
 }
 

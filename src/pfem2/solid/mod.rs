@@ -27,6 +27,7 @@ pub mod contact;
 pub mod coupling;
 pub mod cut;
 pub mod equations;
+pub(in crate::pfem2) mod holding;
 pub mod mesh;
 pub mod rigid;
 pub mod setup;

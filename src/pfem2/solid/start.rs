@@ -6,7 +6,7 @@ use super::structure::bodies::SolidPowers;
 use super::tracking::{SolidTracking, energies};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::pfem2::report::moments::Moments;
+use crate::pfem2::report::moments::StepMeans;
 use crate::pfem2::report::solids::SolidEnergies;
 
 /// State of solids at the start of a step.
@@ -28,9 +28,13 @@ impl<const D: usize> SolidTracking<D> {
         let forces = std::mem::take(&mut self.last.forces);
         let contact_forces = std::mem::take(&mut self.last.contact_forces);
         let nodal = std::mem::take(&mut self.last.nodal);
-        let mut moments = last.moments;
+        let SolidStep { mut moments, mut holding, mut holding_moments, .. } = last.clone();
         moments.begin(std::mem::take(&mut self.last.moments.last));
-        self.last = SolidStep { forces_earlier: forces.clone(), forces, moments, contact_forces, nodal, ..last };
+        holding.begin(std::mem::take(&mut self.last.holding.last));
+        holding_moments.begin(std::mem::take(&mut self.last.holding_moments.last));
+        let forces_earlier = forces.clone();
+        self.last =
+            SolidStep { forces_earlier, forces, moments, holding, holding_moments, contact_forces, nodal, ..last };
         self.structure.state = state;
     }
 
@@ -47,7 +51,9 @@ impl<const D: usize> SolidTracking<D> {
         self.last = SolidStep {
             predicted,
             nodal,
-            moments: Moments::none(none.len()),
+            moments: StepMeans::none(none.len()),
+            holding: StepMeans::none(self.holders.count()),
+            holding_moments: StepMeans::none(self.holders.count()),
             contact_forces,
             energies,
             forces: none,

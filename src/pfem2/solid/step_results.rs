@@ -2,7 +2,7 @@
 
 use super::contact::step::ContactForces;
 use crate::math::Vector;
-use crate::pfem2::report::moments::Moments;
+use crate::pfem2::report::moments::StepMeans;
 use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::StepShares;
 
@@ -14,13 +14,17 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     /// Forces of the fluid on each node of the solids at its end [N].
     pub nodal: Vec<Vector<D>>,
     /// Moments of the forces of the fluid on each solid, about their points.
-    pub moments: Moments,
+    pub moments: StepMeans<3>,
     /// Forces of the fluid on each solid at its end [N].
     pub forces: Vec<Vector<D>>,
     /// Forces of the fluid at the end of the step before [N].
     pub forces_earlier: Vec<Vector<D>>,
     /// Means of these forces over the step, with the shares that it takes of each time [N].
     pub forces_mean: Vec<Vector<D>>,
+    /// Forces on supports and springs, and of contacts on solids [N].
+    pub holding: StepMeans<D>,
+    /// Their moments about the points of the solids [N m].
+    pub holding_moments: StepMeans<3>,
     /// Normal forces of contacts at its end [N].
     pub contact_forces: ContactForces<D>,
     /// Energies at its end, and powers from outside.

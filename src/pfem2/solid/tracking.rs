@@ -8,6 +8,7 @@ use super::coupling::trace::{CutMesh, SurfaceTrace};
 use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::equations::independent::SolutionVelocities;
+use super::holding::{HeldStep, Holders, HoldingForces};
 use super::setup::SurfaceCondition;
 pub(in crate::pfem2) use super::step_results::SolidStep;
 use super::structure::bodies::{SolidPowers, SolvedStep, quadrilaterals};
@@ -20,7 +21,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
-use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, Moments};
+use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, StepMeans};
 use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
@@ -58,6 +59,8 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pub outlines: Vec<SolidOutline>,
     /// Points about which the forces on them have moments [m].
     pub about: Vec<Option<Vector<D>>>,
+    /// Supports, springs and contacts that hold the solids.
+    pub holders: Holders,
     /// Contacts of the solids with walls, with each other and with themselves.
     contacts: StepContacts<D>,
     /// K_p of the pressure of the fluid in the step that is being made (theory (J.9b)).
@@ -75,10 +78,13 @@ impl<const D: usize> SolidTracking<D> {
     pub fn new<const N: usize>(structure: Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let none = vec![Vector::ZERO; structure.setups().len()];
         let contacts = StepContacts::new(&structure, mesh, boundary);
+        let holders = Holders::new(&structure);
         let last = SolidStep {
             predicted: structure.state.displacement.clone(),
             nodal: vec![Vector::ZERO; structure.node_count()],
-            moments: Moments::none(none.len()),
+            moments: StepMeans::none(none.len()),
+            holding: StepMeans::none(holders.count()),
+            holding_moments: StepMeans::none(holders.count()),
             forces: none.clone(),
             forces_earlier: none.clone(),
             forces_mean: none,
@@ -96,6 +102,7 @@ impl<const D: usize> SolidTracking<D> {
             quadrilaterals,
             outlines,
             about,
+            holders,
             contacts,
             pressure_stiffness: None,
             prediction: None,
@@ -317,17 +324,17 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, self.prediction.take()) else { return Ok(()) };
         let step = self.solid_step(step);
+        let own_shares = if self.last.backward_steps > 0 { StepShares::backward_euler(step.dt) } else { shares };
         self.last.backward_steps = self.last.backward_steps.saturating_sub(1);
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
         let mut nodal = immersed.forces(&system.mesh, &system.unknowns);
-        let mut powers = match &immersed.equations {
-            Some(equations) => {
-                let Immersed { velocity, independent, .. } = immersed;
-                let solved = SolvedStep { equations, velocity, independent, fluid: &nodal };
-                self.structure.powers(step, &prediction, &solved, &system.physics.gravity)
-            }
-            None => SolidPowers::default(),
-        };
+        let mut powers = SolidPowers::default();
+        if let Some(equations) = &immersed.equations {
+            let Immersed { velocity, independent, .. } = immersed;
+            let solved = SolvedStep { equations, velocity, independent, fluid: &nodal };
+            powers = self.structure.powers(step, &prediction, &solved, &system.physics.gravity);
+            self.update_holding(step, own_shares, &prediction, &solved);
+        }
         if let Some(stiffness) = self.pressure_stiffness.take() {
             let way = self.structure.increment_from_prediction(&prediction, |a| self.structure.state.displacement[a]);
             let more = self.structure.product(&stiffness, &way);
@@ -345,6 +352,26 @@ impl<const D: usize> SolidTracking<D> {
         self.last.moments.update(self.moments(&nodal), shares);
         self.last.nodal = nodal;
         Ok(())
+    }
+}
+
+impl<const D: usize> SolidTracking<D> {
+    /// Takes the forces on supports and springs, and those of contacts, at the end of a step.
+    fn update_holding(
+        &mut self,
+        step: TimeStep,
+        shares: StepShares,
+        prediction: &Prediction<D>,
+        solved: &SolvedStep<'_, D>,
+    ) {
+        let (contacts, about) = (&self.contacts, &self.about[..]);
+        let held = HeldStep { delta: step.delta(), prediction, solved, contacts, about };
+        let HoldingForces { lasting, impulses } = self.holders.measure(&self.structure, &held);
+        self.last.holding.update(lasting.iter().map(|all| all.force).collect(), shares);
+        self.last.holding_moments.update(lasting.iter().map(|all| all.moment).collect(), shares);
+        let part = step.delta() / step.dt;
+        self.last.holding.add_to_means(impulses.iter().map(|all| all.force * part));
+        self.last.holding_moments.add_to_means(impulses.iter().map(|all| all.moment * part));
     }
 }
 

@@ -13,6 +13,7 @@ mod driven_square;
 mod enclosed;
 mod energy;
 mod floating;
+mod holding;
 mod incompressible;
 mod inlet;
 mod moving_supports;

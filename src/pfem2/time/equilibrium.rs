@@ -14,7 +14,9 @@ use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::equations::system::TimeStep;
 use crate::pfem2::particles::tracking::ParticleEvents;
+use crate::pfem2::report::balance::SolidsAtStart;
 use crate::pfem2::report::notices::Notices;
+use crate::pfem2::solid::tracking::SolidTracking;
 use crate::pfem2::time::startup::impulsive_energy;
 
 /// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids
@@ -127,8 +129,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.update_contents();
         self.particles.events = ParticleEvents::default();
         self.notices = Notices::of_the_start(&self.system, &self.particles.columns, &self.interface.fraction);
-        let energies = self.solids.as_mut().map(|solids| solids.open_energies()).transpose()?;
-        self.balance.open(&self.system, impulsive_energy(&self.system), energies);
+        let at_start = |solids: &mut SolidTracking<D>| {
+            Ok(SolidsAtStart { energies: solids.open_energies()?, mass: solids.structure.mass() })
+        };
+        let solids = self.solids.as_mut().map(at_start).transpose()?;
+        self.balance.open(&self.system, impulsive_energy(&self.system), solids);
         Ok(())
     }
 

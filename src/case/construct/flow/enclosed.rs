@@ -16,7 +16,7 @@ impl Construction<'_> {
         let Some(surface) = self.region(&format!("{key}.region"), shape)?.triangles() else { return Some(None) };
         if !self.is_rigid(index) {
             let message = "an elastic solid needs elements inside of its surface, and a file of triangles has none";
-            let help = "mesh it in Gmsh with hexahedra of second order and write `mesh = { path = ... }`; with `law = \"rigid\"` the \
+            let help = "mesh it in Gmsh with tetrahedra, of second order where it is curved, and write `mesh = { path = ... }`; with `law = \"rigid\"` the \
                         surface is enough";
             self.findings.push(Diagnostic::error(format!("{key}.region"), message).help(help));
             return None;

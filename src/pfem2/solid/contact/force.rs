@@ -355,11 +355,8 @@ impl<const D: usize> Contact<D> {
         self.normal * (self.force(velocity).dot(self.normal) * share)
     }
 
-    /// The forces that act on nodes [N] for Δ as an impulse, at the velocities of nodes [m/s].
-    pub fn impulses(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
-        if self.impulse.is_none() {
-            return Vec::new();
-        }
+    /// The forces on nodes at the velocities of nodes at the end of the step [m/s]; those of an impulse act for Δ [N].
+    pub fn nodal_forces(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
         let force = self.force(velocity);
         self.shares.iter().map(|&(node, share)| (node as usize, force * share)).collect()
     }

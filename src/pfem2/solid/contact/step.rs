@@ -245,7 +245,7 @@ impl<const D: usize> StepContacts<D> {
         let all = || self.contacts.acting();
         let velocity = |a: usize| structure.state.velocity[a];
         let excess = all().map(|contact| contact.excess_power(step.theta, velocity)).sum();
-        let impulses: Vec<(usize, Vector<D>)> = all().flat_map(|contact| contact.impulses(velocity)).collect();
+        let impulses = self.impulses(velocity);
         let colliding: Vec<usize> = all().flat_map(Contact::colliding).collect();
         structure.take_out_impulses(step.delta(), prediction, &impulses);
         structure.begin_anew(&colliding);
@@ -261,6 +261,18 @@ impl<const D: usize> StepContacts<D> {
                 forces[contact.point] += contact.normal_force(|node| velocity[node]);
             }
         }
+    }
+
+    /// Forces of contacts on nodes but for impulses, at the velocities of nodes at the end of a step [m/s] [N].
+    pub fn forces(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
+        let lasting = self.contacts.acting().filter(|contact| contact.impulse().is_none());
+        lasting.flat_map(|contact| contact.nodal_forces(&velocity)).collect()
+    }
+
+    /// Impulses of contacts on nodes, as forces that act for Δ, at the velocities of nodes at the end of a step [m/s] [N].
+    pub fn impulses(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
+        let impulses = self.contacts.acting().filter(|contact| contact.impulse().is_some());
+        impulses.flat_map(|contact| contact.nodal_forces(&velocity)).collect()
     }
 
     /// The largest depth in the gap of places of elastic solids where no contact acts, over the gap, with the nodes at

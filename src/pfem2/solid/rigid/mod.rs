@@ -308,6 +308,19 @@ impl RigidBody {
         }
     }
 
+    /// Force and torque that accelerations ask for about a prediction [N, N m], M q̇ (1 + α Δ), with Δ = `delta` [s] and α = `damping` [1/s].
+    pub fn inertia_of(
+        &self,
+        prediction: &RigidPrediction,
+        delta: f64,
+        damping: f64,
+        accelerations: &RigidRates,
+    ) -> RigidRates {
+        let RigidRates { velocity, spin } = self.momenta(prediction, accelerations);
+        let factor = 1.0 + damping * delta;
+        RigidRates { velocity: velocity * factor, spin: spin * factor }
+    }
+
     /// Adds M_r and h along the independent velocities, with Δ = `delta` [s] and α = `damping` [1/s].
     pub fn add_inertia(
         &self,

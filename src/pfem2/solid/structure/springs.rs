@@ -4,9 +4,10 @@
 //! f_a = −w_a (k u_a^{n+1} + c v_a^{n+1}),    u^{n+1} = û + Δ v^{n+1}:    L = w_a (Δ k + c),   l = −w_a k û_a
 //! ```
 
+use super::Structure;
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::LinearForces;
-use crate::pfem2::solid::setup::SolidSetup;
+use crate::pfem2::solid::setup::{SolidSetup, SpringSupport};
 
 /// The springs of all solids.
 #[derive(Debug, Clone)]
@@ -66,5 +67,13 @@ impl<const D: usize> Springs<D> {
                 work(node * D as u32 + axis as u32, stiffness, -stiffness * displacement[*node as usize][axis]);
             }
         }
+    }
+}
+
+impl<const D: usize> Structure<D> {
+    /// k u + c v at a node in the present state: the force on a spring that holds it alone [N].
+    pub(in crate::pfem2::solid) fn pull_on_spring(&self, spring: &SpringSupport<D>, node: usize) -> Vector<D> {
+        let (displacement, velocity) = (self.state.displacement[node], self.state.velocity[node]);
+        Vector::from_fn(|axis| spring.stiffness[axis] * displacement[axis] + spring.damping[axis] * velocity[axis])
     }
 }
