@@ -1,7 +1,7 @@
 //! Particle-steps per second of the collapsing water column: 1 × 0.5 × 0.5 m in a tank of 2 × 1 × 0.5 m, eight
 //! particles per cell.
 //!
-//! `cargo bench --bench step -- [thousands of particles] [steps] [linear|gimp|quadratic|cubic|lian-2014|recommended]`; by
+//! `cargo bench --bench step -- [thousands of particles] [steps] [a kernel|lian-2014|recommended]`; by
 //! default 128 and 1024 thousand with all of them. With the name of a kernel the step is the shortest that the method has
 //! (FLIP, stress last, no averaging against locking: two sweeps); the presets are what a case of an inviscid liquid gets.
 //! `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
@@ -37,9 +37,9 @@ const WATER: (f64, f64) = (1000.0, 44.0);
 const GRAVITY: f64 = -9.81;
 
 /// The choices of a step.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Choice {
-    name: &'static str,
+    name: String,
     kernel: KernelKind,
     transfer: Transfer,
     stress_update: StressUpdate,
@@ -49,24 +49,24 @@ struct Choice {
 const FLIP: Transfer = Transfer::Flip { relaxation: 0.05, filter_order: 0, filter_interval: 0 };
 
 /// The shortest step with each kernel.
-const fn short(name: &'static str, kernel: KernelKind) -> Choice {
-    Choice { name, kernel, transfer: FLIP, stress_update: StressUpdate::Last, locking: Locking::None }
+fn short(name: &str, kernel: KernelKind) -> Choice {
+    Choice { name: name.to_owned(), kernel, transfer: FLIP, stress_update: StressUpdate::Last, locking: Locking::None }
 }
 
 /// The measured steps: the shortest one with each kernel, then the presets for liquids.
-const CHOICES: [Choice; 6] = [
-    short("linear", KernelKind::Linear),
-    short("gimp", KernelKind::Gimp),
-    short("quadratic", KernelKind::Quadratic),
-    short("cubic", KernelKind::Cubic),
-    Choice { stress_update: StressUpdate::First, ..short("lian-2014", KernelKind::Linear) },
-    Choice {
-        transfer: Transfer::Apic,
-        stress_update: StressUpdate::Average,
-        locking: Locking::Average { blend: 1.0 },
-        ..short("recommended", KernelKind::Quadratic)
-    },
-];
+fn choices() -> Vec<Choice> {
+    let kernels = KernelKind::ALL.iter().map(|&kernel| short(&format!("{kernel:?}").to_lowercase(), kernel));
+    let presets = [
+        Choice { stress_update: StressUpdate::First, ..short("lian-2014", KernelKind::Linear) },
+        Choice {
+            transfer: Transfer::Apic,
+            stress_update: StressUpdate::Average,
+            locking: Locking::Average { blend: 1.0 },
+            ..short("recommended", KernelKind::Quadratic)
+        },
+    ];
+    kernels.chain(presets).collect()
+}
 
 /// Bytes of a particle's columns that a stage reads or writes (a write of what was not read counts twice): position,
 /// velocity, mass, volume and pressure for the scatter; these and the energy, back again without the mass, with the
@@ -78,16 +78,16 @@ fn main() {
     let sizes = arguments.first().and_then(|a| a.parse().ok()).map_or(vec![128, 1024], |size: usize| vec![size]);
     let steps: usize = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(30);
     if let Some(only) = arguments.get(2) {
-        let choice = CHOICES.into_iter().find(|choice| choice.name == only).expect("a kernel or a preset");
-        return measure(sizes[0], steps, choice);
+        let choice = choices().into_iter().find(|choice| choice.name == *only).expect("a kernel or a preset");
+        return measure(sizes[0], steps, &choice);
     }
     println!("{} threads", rayon::current_num_threads());
     println!("triad: {:.1} GB per processor second of one core", stream::triad() * 1e-9);
     for size in sizes {
-        for Choice { name, .. } in CHOICES {
+        for Choice { name, .. } in choices() {
             // A process of its own: memory that an earlier measurement has freed would hide that of this one.
             let program = std::env::current_exe().expect("this program");
-            let run = Command::new(program).args([size.to_string(), steps.to_string(), name.into()]).status();
+            let run = Command::new(program).args([size.to_string(), steps.to_string(), name.clone()]).status();
             assert!(run.is_ok_and(|status| status.success()), "{name} failed");
         }
     }
@@ -98,8 +98,8 @@ fn cells(thousands: usize) -> usize {
     (thousands as f64 * 1000.0 / 16.0).cbrt().round() as usize
 }
 
-fn measure(thousands: usize, steps: usize, choice: Choice) {
-    let Choice { name, kernel, .. } = choice;
+fn measure(thousands: usize, steps: usize, choice: &Choice) {
+    let (name, kernel) = (&choice.name, choice.kernel);
     let n = cells(thousands);
     let before = resident_bytes();
     let (mpm, still) = run(setup(n, choice, 0.0), steps);
@@ -120,7 +120,7 @@ fn measure(thousands: usize, steps: usize, choice: Choice) {
     let dt = mpm.stable_dt();
     drop(mpm);
     println!("  flows: {}", run(setup(n, choice, 3.0), 2 * steps).1);
-    if !["linear", "quadratic"].contains(&name) {
+    if !["linear", "quadratic"].contains(&name.as_str()) {
         return;
     }
     for (name, order) in [("unsorted", Order::Mixed), ("row by row", Order::FoldedStencil)] {
@@ -169,8 +169,8 @@ fn run(setup: Setup<3>, steps: usize) -> (Mpm<3>, Rate) {
 }
 
 /// The column, with cells of 0.5/n m, spreading at `speed` [m/s] at its foot and sinking as fast as it spreads.
-fn setup(n: usize, choice: Choice, speed: f64) -> Setup<3> {
-    let Choice { kernel, transfer, stress_update, locking, .. } = choice;
+fn setup(n: usize, choice: &Choice, speed: f64) -> Setup<3> {
+    let &Choice { kernel, transfer, stress_update, locking, .. } = choice;
     let cell = 0.5 / n as f64;
     let position = lattice(n);
     let law = Fluid {

@@ -19,7 +19,7 @@ use std::path::Path;
 const LONGEST_ELEMENT: f64 = 32.0;
 
 /// A shape that reaches so many times the length of the grid beyond it probably has another unit.
-const FAR: f64 = 20.0;
+const FARTHEST_SHAPE: f64 = 20.0;
 
 /// Checks bodies, membranes and contacts.
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
@@ -66,7 +66,7 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
         );
         let far = places.iter().flat_map(|x| (0..D).map(|i| (x[i] - grid.lower[i]).abs().max((x[i] - upper[i]).abs())));
         let length = (0..D).map(|i| upper[i] - grid.lower[i]).fold(0.0, f64::max);
-        if far.fold(0.0, f64::max) > FAR * length {
+        if far.fold(0.0, f64::max) > FARTHEST_SHAPE * length {
             help += "; or is a unit wrong, of this region or of the grid?";
         }
         findings.push(Diagnostic::error(key, message).help(help));
@@ -141,7 +141,7 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
 const DEARER: f64 = 0.5;
 
 /// More steps or outputs of a kind than this are an error: years of computing.
-const MOST: f64 = 1e10;
+const MOST_STEPS: f64 = 1e10;
 
 /// Checks that the run would come to its end between outputs.
 fn intervals(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
@@ -149,7 +149,7 @@ fn intervals(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     let probes = file.probe.iter().enumerate().map(|(i, probe)| (format!("probe[{i}].every"), probe.every));
     let pictures = file.picture.iter().enumerate().map(|(i, picture)| (format!("picture[{i}].every"), picture.every));
     for (key, interval) in output.into_iter().chain(probes).chain(pictures) {
-        let Some(interval) = interval.filter(|interval| file.time.end > MOST * interval) else { continue };
+        let Some(interval) = interval.filter(|interval| file.time.end > MOST_STEPS * interval) else { continue };
         let message = format!("an output every {interval:.4e} s would be {:.0e} of them", file.time.end / interval);
         findings.push(Diagnostic::error(key, message).help("increase the interval; is its unit right?"));
     }
@@ -169,7 +169,7 @@ pub(super) fn steps(case: &Case, summary: &CaseSummary, findings: &mut Vec<Diagn
     if step.is_infinite() {
         return;
     }
-    if file.time.end > MOST * step {
+    if file.time.end > MOST_STEPS * step {
         let message = format!("steps of {step:.4e} s would be {:.0e} of them", file.time.end / step);
         let key = if file.time.step.is_some() { "time.step" } else { "time.end" };
         findings.push(Diagnostic::error(key, message).help("take longer steps or a shorter run; are the units right?"));
@@ -287,7 +287,7 @@ pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3
     let nowhere = Path::new("");
     for (i, spec) in file.picture.iter().enumerate() {
         let key = format!("picture[{i}]");
-        let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0, UnitLabels::default());
+        let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0);
         findings.extend(picture.err());
     }
 }

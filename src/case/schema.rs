@@ -110,7 +110,7 @@ pub enum Method {
     /// The explicit material point method with membranes.
     #[default]
     Mpm,
-    /// The particle finite element method for several fluids on a fixed mesh.
+    /// The particle finite element method for several fluids, and solids in them, on a fixed mesh.
     Pfem2,
 }
 

@@ -23,7 +23,7 @@ const ON_BOUNDARY: f64 = 1e-9;
 const FEWER: &str = "increase `spacing`, or make the region smaller: are the units of both right?";
 
 /// Most particles of one region: identities have 32 bits.
-const MOST: f64 = u32::MAX as f64;
+const MOST_PARTICLES: f64 = u32::MAX as f64;
 
 /// Least memory per particle, with its columns in a solver.
 const BYTES: f64 = 300.0;
@@ -183,7 +183,7 @@ impl Lattice {
         let farthest = (0..self.dimension)
             .flat_map(|i| [bounds.lower[i], bounds.upper[i]].map(|b| ((b - self.origin[i]) / self.spacing).abs()))
             .fold(0.0, f64::max);
-        if !(expected <= MOST && farthest <= MOST) {
+        if !(expected <= MOST_PARTICLES && farthest <= MOST_PARTICLES) {
             let size = (0..self.dimension).map(|i| bounds.upper[i] - bounds.lower[i]).fold(0.0, f64::max);
             let message = format!(
                 "a lattice of {expected:.3e} points, {} m apart, covers the region of {size} m: too many",

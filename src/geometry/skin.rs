@@ -10,6 +10,7 @@
 //! within half a spacing of the true surface, moved onto it: about one for each h².
 
 use super::{Region, Sample};
+use crate::math::dense::solve_semidefinite;
 use hashbrown::HashMap;
 
 /// A point on the surface.
@@ -23,6 +24,9 @@ pub struct SkinPoint {
 
 /// A point is reached if the residual is smaller than this [spacings].
 const REACHED: f64 = 1e-6;
+
+/// Directions in which particles spread less than this part of the largest, of squares of lengths, are left out.
+const LEAST_PIVOT: f64 = 1e-9;
 
 type SpacingCell = [i64; 3];
 
@@ -93,29 +97,12 @@ fn fit(particles: &[u32], sample: &Sample, s: [f64; 3]) -> Option<SkinPoint> {
         let d = arm(place(p));
         (0..3).for_each(|i| (0..3).for_each(|j| matrix[i][j] += d[i] * d[j]));
     }
-    let slope = solve(matrix, arm(s));
+    let slope = solve_semidefinite(matrix, arm(s), LEAST_PIVOT);
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>();
     let members: Vec<_> = particles.iter().map(|&p| (p, 1.0 / n + dot(arm(place(p)), slope))).collect();
     let made = |a: usize| members.iter().map(|&(p, w)| w * place(p)[a]).sum::<f64>();
     let radius = (0..3).map(|a| (s[a] - made(a)).powi(2)).sum::<f64>().sqrt();
     (!members.is_empty()).then_some(SkinPoint { members, radius })
-}
-
-/// Solves a symmetric positive semi-definite system; directions without information stay zero.
-fn solve(mut a: [[f64; 3]; 3], mut b: [f64; 3]) -> [f64; 3] {
-    let scale = (0..3).map(|i| a[i][i]).fold(0.0, f64::max);
-    let mut done = [false; 3];
-    for _ in 0..3 {
-        let pivot = (0..3).filter(|&i| !done[i]).max_by(|&i, &j| a[i][i].total_cmp(&a[j][j]));
-        let Some(pivot) = pivot.filter(|&i| a[i][i] > 1e-9 * scale) else { break };
-        done[pivot] = true;
-        for row in (0..3).filter(|&row| row != pivot) {
-            let (above, factor) = (a[pivot], a[row][pivot] / a[pivot][pivot]);
-            a[row].iter_mut().zip(above).for_each(|(entry, above)| *entry -= factor * above);
-            b[row] -= factor * b[pivot];
-        }
-    }
-    std::array::from_fn(|i| if done[i] { b[i] / a[i][i] } else { 0.0 })
 }
 
 #[cfg(test)]

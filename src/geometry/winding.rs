@@ -21,7 +21,7 @@ use crate::math::Vector;
 use std::f64::consts::PI;
 
 /// Distance, in radii, beyond which a cluster is approximated by a dipole.
-const FAR: f64 = 2.5;
+const DIPOLE_DISTANCE: f64 = 2.5;
 
 /// Segments or triangles that a cluster without parts may have.
 const LEAF: usize = 8;
@@ -106,7 +106,7 @@ impl<const D: usize> Winding<D> {
         let cluster = &self.clusters[index];
         let r = cluster.centre - x;
         let distance = r.norm();
-        if distance > FAR * cluster.radius {
+        if distance > DIPOLE_DISTANCE * cluster.radius {
             return cluster.area.dot(r) / (2.0 * (D - 1) as f64 * PI * distance.powi(D as i32));
         }
         if cluster.second == 0 {
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_goes_around_what_is_inside_once() {
+    fn the_winding_number_of_a_cube_is_one_inside_and_zero_outside() {
         for (x, expected) in
             [([0.0, 0.0, 0.0], 1.0), ([0.99, -0.99, 0.3], 1.0), ([1.01, 0.0, 0.0], 0.0), ([2.0, 2.0, -5.0], 0.0)]
         {
@@ -259,7 +259,7 @@ mod tests {
 
     /// Each face of a cube fills a sixth of what its middle sees, and a half of what a point right below it sees.
     #[test]
-    fn a_face_takes_its_part_of_all_directions() {
+    fn a_face_of_a_cube_has_a_sixth_of_the_solid_angle_at_its_centre() {
         let seen = |x| cube()[10..].iter().map(|face| share(face, Vector(x))).sum::<f64>();
         close(seen([0.0, 0.0, 0.0]), 1.0 / 6.0, 1e-15);
         close(seen([0.1, 0.2, 1.0 - 1e-9]), 0.5, 1e-8);
@@ -268,7 +268,7 @@ mod tests {
 
     /// The tree stays close to the plain sum, next to the surface and away from it.
     #[test]
-    fn clusters_change_little() {
+    fn the_tree_of_clusters_agrees_with_the_sum_over_all_triangles() {
         let triangles = ball(16);
         let tree = Winding::new(triangles.clone());
         for k in 0..200_u32 {

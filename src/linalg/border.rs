@@ -9,19 +9,37 @@
 //! [ F_t   S   ] [y] = [ c − F x     ]        x_t ← x_t + δ
 //! ```
 //!
-//! With how the border yields to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p, and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
+//! With the compliance of the border to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p, and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
 //!
 //! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and, for each of its
 //! motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft ones are seen to by the
 //! coarse correction (`coarse`).
 
-/// How a border yields to pressure: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S (theory (J.10c)).
+/// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S (theory (J.10c)).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PressureCompliance {
     /// 1/D̂ of each unknown of the border; zero of those that are left out. Empty: of all.
-    pub yielding: Vec<f64>,
+    pub inverse_diagonal: Vec<f64>,
     /// Row, column and value of entries of Z between nodes of the mesh, by rows; values of one place add up.
     pub entries: Vec<(u32, u32, f64)>,
+}
+
+/// Numbers of all unknowns of a system with a border.
+#[derive(Debug, Clone, Copy)]
+pub struct BorderedVector<'a, const B: usize> {
+    /// Numbers of the nodes of the mesh, x.
+    pub mesh: &'a [[f64; B]],
+    /// Numbers of the unknowns of the border, y.
+    pub border: &'a [f64],
+}
+
+/// Rows of all equations of a system with a border, to be changed.
+#[derive(Debug)]
+pub struct BorderedRows<'a, const B: usize> {
+    /// Rows of the nodes of the mesh.
+    pub mesh: &'a mut [[f64; B]],
+    /// Rows of the unknowns of the border.
+    pub border: &'a mut [f64],
 }
 
 /// The border of a system with B unknowns per node, the last of which is a pressure.
@@ -29,8 +47,8 @@ pub trait Border<const B: usize> {
     /// Scales s_i = |S_ii|^(−1/2).
     fn scaling(&self) -> Vec<f64>;
 
-    /// Adds E y to the rows of the mesh, and sets those of the border to F x + S y; both arguments hold mesh and border.
-    fn multiply(&self, x: (&[[f64; B]], &[f64]), rows: (&mut [[f64; B]], &mut [f64]));
+    /// Adds E y to the rows of the mesh, and sets those of the border to F x + S y.
+    fn multiply(&self, x: BorderedVector<'_, B>, rows: BorderedRows<'_, B>);
 
     /// Subtracts F x from rows of the border.
     fn subtract(&self, x: &[[f64; B]], rows: &mut [f64]);
@@ -38,7 +56,7 @@ pub trait Border<const B: usize> {
     /// Adds E_p y to the rows of continuity.
     fn add_to_continuity(&self, y: &[f64], rows: &mut [[f64; B]]);
 
-    /// How the border yields to pressure, for preconditioners that can take it.
+    /// Compliance of the border to pressure, for preconditioners that can take it.
     fn compliance(&self) -> PressureCompliance {
         PressureCompliance::default()
     }

@@ -1,6 +1,6 @@
 //! A system with a border as the Krylov method sees it: products, residuals, preconditioning (theory J.4).
 
-use super::border::Border;
+use super::border::{Border, BorderedRows, BorderedVector};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
 use super::krylov::System;
@@ -28,7 +28,7 @@ impl<const B: usize> BorderedMatrix<'_, B> {
         let (x, y) = (x.as_chunks().0, y.as_chunks_mut().0);
         self.a.multiply(x, y);
         if let Some(border) = &self.border {
-            border.multiply((x, x_border), (y, y_border));
+            border.multiply(BorderedVector { mesh: x, border: x_border }, BorderedRows { mesh: y, border: y_border });
         }
     }
 }
@@ -39,9 +39,9 @@ pub(super) struct Preconditioned<'a, 'b, const B: usize> {
     pub analysis: Option<&'a Analysis>,
     pub preconditioner: Option<&'a mut Preconditioner<B>>,
     pub coarse: Option<&'a CoarseCorrection<B>>,
-    /// 1/D̂, with which the preconditioner knows how the border yields to pressure; empty if it doesn't.
-    pub yielding: &'a [f64],
-    pub room: Vec<f64>,
+    /// 1/D̂ of the compliance of the border to pressure that the preconditioner has; empty if it has none.
+    pub inverse_diagonal: &'a [f64],
+    pub workspace: Vec<f64>,
 }
 
 impl<const B: usize> System for Preconditioned<'_, '_, B> {
@@ -59,13 +59,13 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
         let BorderedMatrix { a, scaling: s, border, .. } = &mut *self.system;
-        let room = &mut self.room[..];
-        update(room, |i, _| r[i] / s[i]);
+        let workspace = &mut self.workspace[..];
+        update(workspace, |i, _| r[i] / s[i]);
         let own = a.pattern.rows() * B;
-        let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
+        let ((r, r_border), (z, z_border)) = (workspace.split_at_mut(own), z.split_at_mut(own));
         let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);
-        if let (Some(border), false) = (&border, self.yielding.is_empty()) {
-            let motion: Vec<f64> = r_border.iter().zip(self.yielding).map(|(r, y)| -r * y).collect();
+        if let (Some(border), false) = (&border, self.inverse_diagonal.is_empty()) {
+            let motion: Vec<f64> = r_border.iter().zip(self.inverse_diagonal).map(|(r, y)| -r * y).collect();
             border.add_to_continuity(&motion, r);
         }
         match &mut self.preconditioner {

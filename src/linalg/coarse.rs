@@ -10,10 +10,10 @@
 //! On the motions Φ this is the added mass, and on others never more than it (Nyström's approximation, as the added mass is symmetric and not
 //! negative). Where λ is small there is nothing to correct. W and Λ, which move with the solids, are kept by the rule for preconditioners, (F.45). Y is that of the system at hand.
 
-use super::border::Border;
+use super::border::{Border, BorderedRows, BorderedVector};
 use super::modes::diagonalise;
 use super::preconditioner::ReusePolicy;
-use super::solver_state::{KEPT, REPLACED};
+use super::solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED};
 use super::vectors::dot;
 
 /// Number of motions at most.
@@ -23,13 +23,13 @@ const MOTIONS: usize = 14;
 const STEPS: usize = 6;
 
 /// Part by which trace(WᵀY) may differ from that of the first system: beyond, the step or the stiffness is another.
-const SAME: f64 = 0.25;
+const TRACE_CHANGE_ALLOWED: f64 = 0.25;
 
-/// Least λ: an eigenvalue of 1.1 instead of 1 takes no iterations, and errors of Â⁻¹ would be divided by less.
-const LEAST: f64 = 0.1;
+/// Least λ of a motion that is corrected: below, the preconditioned eigenvalue 1 + λ is near enough to 1, and Λ⁻¹ would magnify errors of Â⁻¹.
+const LEAST_ADDED_MASS: f64 = 0.1;
 
-/// xᵀ S_t x below this part of what it was before those of the vectors before it were taken out: nothing new.
-const NOTHING: f64 = 1e-12;
+/// A vector depends linearly on those before it if orthogonalisation leaves less than this part of its xᵀ S_t x.
+const DEPENDENT: f64 = 1e-12;
 
 /// Solves with the preconditioner of a mesh: x ← Â⁻¹ r.
 type SolveMesh<'a, const B: usize> = dyn FnMut(&[[f64; B]], &mut [[f64; B]]) + 'a;
@@ -46,7 +46,7 @@ pub(super) struct CoarseCorrection<const B: usize> {
     added: Vec<f64>,
     /// trace(WᵀY) of the first system, 0 before it.
     compliance: f64,
-    /// Its use.
+    /// Use of the correction.
     reuse: ReusePolicy,
     /// The columns of Y, with the velocities of near nodes.
     responses: Vec<BorderResponse<B>>,
@@ -72,16 +72,22 @@ impl<const B: usize> BorderResponse<B> {
 
 impl<const B: usize> CoarseCorrection<B> {
     /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
-    /// `yielding` has 1/D̂ where that knows how the border yields to pressure.
-    pub fn new(border: &mut dyn Border<B>, nodes: usize, yielding: &[f64], solve_mesh: &mut SolveMesh<'_, B>) -> Self {
+    /// `inverse_diagonal` is 1/D̂ where that has the compliance of the border, and else empty.
+    pub fn new(
+        border: &mut dyn Border<B>,
+        nodes: usize,
+        inverse_diagonal: &[f64],
+        solve_mesh: &mut SolveMesh<'_, B>,
+    ) -> Self {
         let motions = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
         let mut x = at_rest.clone();
         let mut force_on = |motion: &Vec<f64>| {
             let (mut rows, mut force) = (at_rest.clone(), vec![0.0; motion.len()]);
-            border.multiply((&at_rest, motion), (&mut rows, &mut force));
-            let yields = |k: usize| yielding.get(k).map_or(0.0, |yields| yields * force[k]);
-            let rest: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x - yields(k)).collect();
+            let moving = BorderedVector { mesh: &at_rest, border: motion };
+            border.multiply(moving, BorderedRows { mesh: &mut rows, border: &mut force });
+            let answer = |k: usize| inverse_diagonal.get(k).map_or(0.0, |inverse| inverse * force[k]);
+            let rest: Vec<f64> = motion.iter().enumerate().map(|(k, x)| x - answer(k)).collect();
             rows.fill([0.0; B]);
             border.add_to_continuity(&rest, &mut rows);
             solve_mesh(&rows, &mut x);
@@ -98,38 +104,42 @@ impl<const B: usize> CoarseCorrection<B> {
         }
         diagonalise(&mut added, &mut forces);
         let all = forces.into_iter().enumerate().map(|(k, force)| (added[k][k], force));
-        let (added, forces): (Vec<f64>, Vec<Vec<f64>>) = all.filter(|(added, _)| *added > LEAST).unzip();
+        let (added, forces): (Vec<f64>, Vec<Vec<f64>>) = all.filter(|(added, _)| *added > LEAST_ADDED_MASS).unzip();
         // A motion costs an application of the preconditioner of the mesh.
         let reuse = ReusePolicy::default().renewed(motions.len() as f64);
         Self { forces, added, reuse, ..Self::default() }
     }
 
-    /// The correction with a state, [`CoarseCorrection::state`].
-    pub fn restored(state: &[f64]) -> Self {
-        let [count, compliance, price, spent, systems, replacement, rest @ ..] = state else { return Self::default() };
-        let (added, forces) = rest.split_at(*count as usize);
-        let forces = forces.chunks((forces.len() / added.len().max(1)).max(1)).map(<[f64]>::to_vec).collect();
-        let replace = *replacement != KEPT;
-        let reuse = ReusePolicy { spent: *spent, systems: *systems, replace, ..ReusePolicy::default().renewed(*price) };
-        Self { forces, added: added.to_vec(), compliance: *compliance, reuse, ..Self::default() }
+    /// The correction of a state, [`CoarseCorrection::state`]; none if there was none.
+    pub fn restored(state: &CoarseState) -> Option<Self> {
+        let CoarseState { counters, added_mass, forces } = state;
+        let CoarseCounters { made, compliance, price, spent, systems, replacement } = *counters;
+        let unknowns = (forces.len() / added_mass.len().max(1)).max(1);
+        let forces = forces.chunks(unknowns).map(<[f64]>::to_vec).collect();
+        let replace = replacement != KEPT;
+        let reuse = ReusePolicy { spent, systems, replace, ..ReusePolicy::default().renewed(price) };
+        (made != 0.0).then(|| Self { forces, added: added_mass.clone(), compliance, reuse, ..Self::default() })
     }
 
-    /// State for a checkpoint: the number of motions, trace(WᵀY) of the first system, the price, the iterations and systems since it was made and
-    /// whether it is to be replaced, Λ and W.
-    pub fn state(&self) -> Vec<f64> {
+    /// The state for a checkpoint.
+    pub fn state(&self) -> CoarseState {
         let ReusePolicy { price, spent, systems, replace, .. } = self.reuse;
         let replacement = if replace { REPLACED } else { KEPT };
-        let numbers = [self.forces.len() as f64, self.compliance, price, spent, systems, replacement];
-        [&numbers[..], &self.added, &self.forces.concat()].concat()
+        let counters = CoarseCounters { made: 1.0, compliance: self.compliance, price, spent, systems, replacement };
+        CoarseState { counters, added_mass: self.added.clone(), forces: self.forces.concat() }
     }
 
     /// True for a state that a correction can be restored from.
-    pub fn fits(state: &[f64]) -> bool {
-        let [count, _, price, spent, systems, _, rest @ ..] = state else { return state.is_empty() };
-        let motions = *count as usize;
-        let possible = (0..=MOTIONS).any(|motions| *count == motions as f64) && rest.len() >= motions;
-        let whole = possible && (rest.len() - motions).checked_rem(motions).map_or(rest.is_empty(), |left| left == 0);
-        whole && [price, spent, systems].iter().all(|sum| **sum >= 0.0) && state.iter().all(|number| number.is_finite())
+    pub fn fits(state: &CoarseState) -> bool {
+        let CoarseState { counters, added_mass, forces } = state;
+        let CoarseCounters { made, compliance, price, spent, systems, replacement } = *counters;
+        let motions = added_mass.len();
+        let is_whole = forces.len().checked_rem(motions).map_or(forces.is_empty(), |left| left == 0);
+        let is_possible = made == 1.0 && motions <= MOTIONS && is_whole;
+        (is_possible || *state == CoarseState::default())
+            && [price, spent, systems].iter().all(|sum| *sum >= 0.0)
+            && [compliance, price, spent, systems, replacement].iter().all(|number| number.is_finite())
+            && added_mass.iter().chain(forces).all(|number| number.is_finite())
     }
 
     /// True if it belongs to a border with so many unknowns, and hasn't cost more than a new one.
@@ -154,7 +164,7 @@ impl<const B: usize> CoarseCorrection<B> {
         let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
         let sum = |i: usize, j: usize| self.added[i] * unit(i, j) + compliances[i][j];
         self.weights = solved(small_matrix(count, sum), small_matrix(count, unit));
-        (trace - self.compliance).abs() <= SAME * self.compliance.abs()
+        (trace - self.compliance).abs() <= TRACE_CHANGE_ALLOWED * self.compliance.abs()
     }
 
     /// Corrects a solution of the border and its near nodes.
@@ -201,7 +211,7 @@ fn orthonormalise(motions: &mut SmallMatrix, forces: &mut SmallMatrix) {
             }
         }
         let left = dot(&motion, &force);
-        if left > NOTHING * before {
+        if left > DEPENDENT * before {
             let scale = left.sqrt().recip();
             [&mut motion, &mut force].into_iter().flatten().for_each(|x| *x *= scale);
             all.push(motion);
@@ -240,24 +250,29 @@ mod tests {
 
     #[test]
     fn only_whole_states_are_restored() {
-        let state = [2.0, 0.7, 14.0, 30.0, 3.0, 0.0, 0.1, 0.2, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-        let restored = CoarseCorrection::<3>::restored(&state);
+        type Correction = CoarseCorrection<3>;
+        let counters =
+            CoarseCounters { made: 1.0, compliance: 0.7, price: 14.0, spent: 30.0, systems: 3.0, replacement: KEPT };
+        let forces = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let state = CoarseState { counters, added_mass: vec![0.1, 0.2], forces };
+        let restored = Correction::restored(&state).unwrap();
         assert_eq!(restored.state(), state);
-        assert!(CoarseCorrection::<3>::fits(&state) && CoarseCorrection::<3>::fits(&[]));
-        assert!(CoarseCorrection::<3>::fits(&CoarseCorrection::<3>::default().state()));
         assert!(restored.serves(3) && !restored.serves(2));
-        let altered = |place: usize, value: f64| {
-            let mut other = state;
-            other[place] = value;
-            CoarseCorrection::<3>::fits(&other)
+        assert!(Correction::restored(&CoarseState::default()).is_none());
+        let without_motions = Correction::default().state();
+        assert!([&state, &CoarseState::default(), &without_motions].into_iter().all(Correction::fits));
+        let altered = |alter: fn(&mut CoarseState)| {
+            let mut other = state.clone();
+            alter(&mut other);
+            Correction::fits(&other)
         };
-        assert!(![-1.0, 0.0, 1.5, 3.0, 15.0, f64::NAN, f64::INFINITY].iter().any(|&count| altered(0, count)));
+        assert!(!altered(|state| state.counters.made = 0.0) && !altered(|state| state.counters.made = f64::NAN));
         assert!(
-            !altered(8, f64::NAN)
-                && !altered(3, -1.0)
-                && !CoarseCorrection::<3>::fits(&state[..13])
-                && !CoarseCorrection::<3>::fits(&[0.0])
+            !altered(|state| state.counters.spent = -1.0) && !altered(|state| state.counters.price = f64::INFINITY)
         );
+        assert!(!altered(|state| state.counters.compliance = f64::NAN) && !altered(|state| state.forces[2] = f64::NAN));
+        assert!(!altered(|state| state.forces.truncate(5)) && !altered(|state| state.added_mass.clear()));
+        assert!(!altered(|state| state.added_mass = vec![0.1; 15]));
     }
 
     /// 2 x + y = 5, x + 3 y = 10 and a zero pivot: by hand.

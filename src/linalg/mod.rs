@@ -4,10 +4,10 @@
 //! [ A   G ] [v]   [f_v]      A: mass/Δt and viscosity, positive definite
 //! [ Gᵀ −C ] [p] = [f_p]      C: stabilisation, positive semi-definite
 //! ```
-//! The pattern never changes: the order of elimination, the structure of the factor and all room are found once, and
+//! The pattern never changes: the order of elimination, the structure of the factor and all workspace are found once, and
 //! a step brings only numbers. Flexible GMRES solves; what differs is its preconditioner:
-//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and in two dimensions; where
-//!   its unsymmetric part rules, L U with row exchanges;
+//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and, without solids on meshes, in two
+//!   dimensions; where its unsymmetric part rules, L U with row exchanges;
 //! * **iterative**: block-triangular, with multigrid for the Schur complement C + Gᵀ diag(A)⁻¹ G, for the rest.
 //!
 //! Results don't depend on the number of threads or on measured times: factors are kept while the iterations that they
@@ -32,11 +32,11 @@ mod sparse;
 mod symmetric_factor;
 mod vectors;
 
-pub use border::{Border, PressureCompliance};
+pub use border::{Border, BorderedRows, BorderedVector, PressureCompliance};
 pub use matrix::BlockMatrix;
 pub use modes::{Mode, lowest_modes};
 pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverKind, SolverOptions};
-pub use solver_state::{KEPT, REPLACED, SolverCounters, SolverState};
+pub use solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED, SolverCounters, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};
 pub use symmetric_factor::PreconditioningFactor;

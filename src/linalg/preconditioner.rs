@@ -33,7 +33,7 @@ pub(super) fn methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Pre
     }
 }
 
-/// The same for systems with a border. The stabilisation that solids need leaves little of the symmetric part
+/// Methods for systems with a border. The stabilisation that solids need leaves little of the symmetric part
 /// (theory J.4): multigrid for the Schur complement comes first in two dimensions, too.
 pub(super) fn bordered_methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Preconditioning> {
     let mut methods = methods::<B>(kind, nodes);
@@ -60,7 +60,7 @@ impl Preconditioning {
     /// All methods, by the numbers that checkpoints have for them.
     const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
 
-    /// Its number in checkpoints.
+    /// Number of the method in checkpoints.
     pub fn number(self) -> usize {
         Self::ALL.iter().position(|&method| method == self).unwrap_or(0)
     }
@@ -143,7 +143,7 @@ pub(super) struct ReusePolicy {
     pub rest: u32,
 }
 
-/// At least every so many systems keeping is tried again.
+/// Systems, at most, after which keeping a preconditioner is tried again.
 const LONGEST_REST: u32 = 64;
 
 impl ReusePolicy {

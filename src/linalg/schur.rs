@@ -54,7 +54,7 @@ pub(super) struct BlockTriangular<const B: usize> {
     inverse_schur: Option<Vec<f64>>,
     /// Multigrid for each velocity component, where viscosity rules.
     velocity: Vec<Hierarchy>,
-    room: Workspace<B>,
+    workspace: Workspace<B>,
 }
 
 /// Vectors with one entry per node.
@@ -67,7 +67,7 @@ struct Workspace<const B: usize> {
 }
 
 impl<const B: usize> BlockTriangular<B> {
-    /// The preconditioner of a matrix whose border yields to pressure.
+    /// The preconditioner of a matrix whose border has a compliance to pressure.
     pub fn new(a: &BlockMatrix<B>, border: &PressureCompliance) -> Self {
         let nodes = a.pattern.rows();
         let inverse_diagonal = inverses(a);
@@ -77,14 +77,14 @@ impl<const B: usize> BlockTriangular<B> {
         let schur = Hierarchy::new(schur_complement(a, &inverse_mass, border));
         let inverse_schur = viscous.then(|| inverse_schur(a, &inverse_diagonal));
         let zeros = || vec![[0.0; B]; nodes];
-        let room = Workspace {
+        let workspace = Workspace {
             right: vec![0.0; nodes],
             pressure: vec![0.0; nodes],
             rest: zeros(),
             sweep: zeros(),
             old: zeros(),
         };
-        Self { parts: Parts::new(a, &inverse_diagonal), schur, inverse_schur, velocity, room }
+        Self { parts: Parts::new(a, &inverse_diagonal), schur, inverse_schur, velocity, workspace }
     }
 
     /// Takes a matrix that differs in few rows; the coarse levels of multigrid stay.
@@ -108,15 +108,15 @@ impl<const B: usize> BlockTriangular<B> {
             return;
         }
         self.solve_pressure(r, size);
-        self.parts.rest(r, size, &self.room.pressure, &mut self.room.rest);
+        self.parts.rest(r, size, &self.workspace.pressure, &mut self.workspace.rest);
         if self.velocity.is_empty() {
-            let Workspace { rest, sweep, old, .. } = &mut self.room;
+            let Workspace { rest, sweep, old, .. } = &mut self.workspace;
             self.parts.forward_from_zero(rest, sweep);
             self.parts.backward(rest, sweep, old);
         } else {
             self.velocity_cycles();
         }
-        let Workspace { pressure, sweep, .. } = &self.room;
+        let Workspace { pressure, sweep, .. } = &self.workspace;
         z.par_iter_mut().with_min_len(ROWS).zip(sweep.par_iter().zip(pressure)).for_each(|(z, (v, &p))| {
             *z = std::array::from_fn(|k| size * if k + 1 < B { f64::from(v[k]) } else { p });
         });
@@ -124,7 +124,7 @@ impl<const B: usize> BlockTriangular<B> {
 
     /// δp/size.
     fn solve_pressure(&mut self, r: &[[f64; B]], size: f64) {
-        let Workspace { right, pressure, rest, .. } = &mut self.room;
+        let Workspace { right, pressure, rest, .. } = &mut self.workspace;
         self.parts.divergence_of_scaled(r, size, rest, right);
         self.schur.apply(right, pressure);
         if let Some(inverse) = &self.inverse_schur {
@@ -135,7 +135,7 @@ impl<const B: usize> BlockTriangular<B> {
 
     /// One cycle for each component of r_v − G δp.
     fn velocity_cycles(&mut self) {
-        let Workspace { right, rest, sweep, .. } = &mut self.room;
+        let Workspace { right, rest, sweep, .. } = &mut self.workspace;
         let mut component = vec![0.0; right.len()];
         for (k, hierarchy) in self.velocity.iter_mut().enumerate() {
             right.iter_mut().zip(&*rest).for_each(|(right, rest)| *right = f64::from(rest[k]));
@@ -161,7 +161,7 @@ impl<const B: usize> Parts<B> {
         }
     }
 
-    /// (Q diag(A)⁻¹ r_v − r_p)/size; `scaled` is room.
+    /// (Q diag(A)⁻¹ r_v − r_p)/size; `scaled` is workspace.
     fn divergence_of_scaled(&self, r: &[[f64; B]], size: f64, scaled: &mut [Components<B>], out: &mut [f64]) {
         scaled.par_iter_mut().with_min_len(ROWS).zip(r.par_iter().zip(&self.inverse_diagonal)).for_each(
             |(scaled, (r, d))| {
@@ -216,7 +216,7 @@ impl<const B: usize> Parts<B> {
         });
     }
 
-    /// One sweep through descending rows; `old` is room for the values before it.
+    /// One sweep through descending rows; `old` is workspace for the values before it.
     fn backward(&self, right: &[Components<B>], z: &mut [Components<B>], old: &mut [Components<B>]) {
         old.copy_from_slice(z);
         let (columns, old) = (self.pattern.columns(), &*old);

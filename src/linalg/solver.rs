@@ -8,7 +8,7 @@ use super::krylov::{Attempt, Krylov, Limits};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
-use super::solver_state::{SolverCounters, SolverState};
+use super::solver_state::{CoarseState, SolverCounters, SolverState};
 use super::vectors::{norm, update};
 use std::sync::Arc;
 
@@ -64,14 +64,14 @@ pub struct NotConverged {
     pub history: Vec<f64>,
     /// The node with the largest scaled residual.
     pub worst_node: usize,
-    /// Its unknown: below D a velocity, D the pressure.
+    /// The unknown of that node: below D a velocity, D the pressure.
     pub worst_unknown: usize,
 }
 
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
 const SINGLE_PATIENCE: usize = 10;
 
-/// The same for a system with a border, whose matrix is less symmetric.
+/// Iterations that a fresh factor in single precision may take for a system with a border, whose matrix is less symmetric.
 const BORDERED_PATIENCE: usize = 80;
 
 /// Iterations that a fresh factor in double precision may take: more, and the part that isn't symmetric rules.
@@ -80,7 +80,7 @@ const DOUBLE_PATIENCE: usize = 80;
 /// Cost of a new multigrid hierarchy, in iterations.
 const HIERARCHY_PRICE: f64 = 8.0;
 
-/// The same for a system with a border, of which a kept hierarchy takes the finest matrix: what a new one costs more than that.
+/// Cost of a new multigrid hierarchy for a system with a border, in iterations, beyond that of a kept one, which takes the finest matrix.
 const REFRESHED_PRICE: f64 = 4.5;
 
 /// Cost of a new factor with row exchanges, in iterations.
@@ -93,17 +93,18 @@ pub struct LinearSolver<const B: usize> {
     options: SolverOptions,
     /// Methods to try, the usual one first.
     methods: Vec<Preconditioning>,
-    /// The one in use.
+    /// The method in use.
     method: Preconditioning,
     detour: Detour,
     analysis: Option<Analysis>,
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
     source: Option<BlockMatrix<B>>,
-    /// How the border of the system at hand yields to pressure, and that of `source`; none where the preconditioner can't take it.
+    /// Compliance to pressure of the border of the system at hand; none where the preconditioner can't take it.
     compliance: PressureCompliance,
+    /// Compliance to pressure of the border of the system of `source`.
     source_compliance: PressureCompliance,
-    /// The coarse correction of the border.
+    /// The coarse correction of the border, once there was one.
     coarse: Option<CoarseCorrection<B>>,
     reuse: ReusePolicy,
     krylov: Krylov,
@@ -184,17 +185,10 @@ impl<const B: usize> LinearSolver<B> {
         }
         let guess = x.to_vec();
         let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
-        self.return_to_usual();
-        self.compliance = match (&system.border, self.method) {
-            (Some(border), Preconditioning::Iterative) => border.compliance(),
-            _ => PressureCompliance::default(),
-        };
-        if let (Some(preconditioner), Some(_), false) = (&mut self.preconditioner, &system.border, self.reuse.replace) {
-            preconditioner.refresh(system.a, &self.compliance);
-        }
+        self.begin(&system);
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(system.a, system.border.is_some());
+                self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
                 fresh = true;
             }
             self.take_up(&mut system);
@@ -218,9 +212,22 @@ impl<const B: usize> LinearSolver<B> {
             self.coarse = None;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
-                return Err(failure::<B>(history, &residual, (system.a.pattern.rows() * B, reference)));
+                let own = &residual[..system.a.pattern.rows() * B];
+                return Err(failure::<B>(history, norm(&residual) / reference, own));
             }
             self.turn_to_next();
+        }
+    }
+
+    /// Chooses the method for a system, and gives the kept preconditioner of one with a border its finest matrix.
+    fn begin(&mut self, system: &BorderedMatrix<B>) {
+        self.return_to_usual();
+        self.compliance = match (&system.border, self.method) {
+            (Some(border), Preconditioning::Iterative) => border.compliance(),
+            _ => PressureCompliance::default(),
+        };
+        if let (Some(preconditioner), Some(_), false) = (&mut self.preconditioner, &system.border, self.reuse.replace) {
+            preconditioner.refresh(system.a, &self.compliance);
         }
     }
 
@@ -236,10 +243,12 @@ impl<const B: usize> LinearSolver<B> {
     /// The state to keep in a checkpoint.
     pub fn state(&self) -> SolverState {
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
+        let entries = || kept.iter().flat_map(|_| &self.source_compliance.entries);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            compliance: kept.map_or_else(Vec::new, |_| flat(&self.source_compliance)),
-            coarse: self.coarse.as_ref().map_or_else(Vec::new, CoarseCorrection::state),
+            compliance_places: entries().map(|&(row, column, _)| [row, column]).collect(),
+            compliance: entries().map(|&(_, _, value)| value).collect(),
+            coarse: self.coarse.as_ref().map_or_else(CoarseState::default, CoarseCorrection::state),
             counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
     }
@@ -247,14 +256,13 @@ impl<const B: usize> LinearSolver<B> {
     /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
     pub fn fits(&self, state: &SolverState) -> bool {
         let coarse = CoarseCorrection::<B>::fits(&state.coarse);
-        let rows = self.pattern.rows() as f64;
-        let is_entry = |&[row, column, value]: &[f64; 3]| row < rows && column < rows && value.is_finite();
-        let compliance = state.compliance.as_chunks::<3>();
+        let places = &state.compliance_places;
         state.counters.are_possible()
             && coarse
-            && compliance.1.is_empty()
-            && compliance.0.iter().all(is_entry)
-            && compliance.0.is_sorted_by_key(|entry| entry[0])
+            && places.len() == state.compliance.len()
+            && places.as_flattened().iter().all(|&node| (node as usize) < self.pattern.rows())
+            && places.is_sorted_by_key(|place| place[0])
+            && state.compliance.iter().all(|value| value.is_finite())
             && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
@@ -273,10 +281,12 @@ impl<const B: usize> LinearSolver<B> {
         self.preconditioner = None;
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
-            self.compliance = PressureCompliance { entries: entries(&state.compliance), ..Default::default() };
-            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, false);
+            let entries = state.compliance_places.iter().zip(&state.compliance);
+            let entries = entries.map(|(&[row, column], &value)| (row, column, value)).collect();
+            self.compliance = PressureCompliance { entries, ..Default::default() };
+            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, HIERARCHY_PRICE);
         }
-        self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
+        self.coarse = CoarseCorrection::restored(&state.coarse);
         self.reuse = counters.reuse();
         Ok(())
     }
@@ -300,11 +310,11 @@ impl<const B: usize> LinearSolver<B> {
         residual: &mut [f64],
         limits: Limits,
     ) -> Attempt {
-        let room = vec![0.0; x.len()];
+        let workspace = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
         let coarse = self.coarse.as_ref();
-        let yielding = &self.compliance.yielding[..];
-        let mut system = Preconditioned { system, analysis, preconditioner, coarse, yielding, room };
+        let inverse_diagonal = &self.compliance.inverse_diagonal[..];
+        let mut system = Preconditioned { system, analysis, preconditioner, coarse, inverse_diagonal, workspace };
         self.krylov.solve(&mut system, x, residual, limits)
     }
 
@@ -320,13 +330,15 @@ impl<const B: usize> LinearSolver<B> {
                 Some(preconditioner) => preconditioner.apply(analysis, r, x),
                 None => x.copy_from_slice(r),
             };
-            let mut coarse = CoarseCorrection::new(*border, own / B, &self.compliance.yielding, &mut solve_mesh);
+            let mut coarse =
+                CoarseCorrection::new(*border, own / B, &self.compliance.inverse_diagonal, &mut solve_mesh);
             coarse.take_up(*border);
             self.coarse = Some(coarse);
         }
     }
 
-    fn rebuild(&mut self, a: &BlockMatrix<B>, bordered: bool) {
+    /// Makes the preconditioner of a matrix; `hierarchy_price` is the cost of one by multigrid, in iterations.
+    fn rebuild(&mut self, a: &BlockMatrix<B>, hierarchy_price: f64) {
         if self.method.symmetric() && self.analysis.is_none() {
             self.analysis = Analysis::new::<B>(&self.pattern, &self.places);
             if self.analysis.is_none() {
@@ -338,8 +350,7 @@ impl<const B: usize> LinearSolver<B> {
         self.source_compliance.clone_from(&self.compliance);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
-            (Preconditioning::Iterative, _) | (_, None) if bordered => REFRESHED_PRICE,
-            (Preconditioning::Iterative, _) | (_, None) => HIERARCHY_PRICE,
+            (Preconditioning::Iterative, _) | (_, None) => hierarchy_price,
             (_, Some(analysis)) => analysis.price(),
         };
         self.reuse = self.reuse.renewed(price);
@@ -374,24 +385,14 @@ impl<const B: usize> LinearSolver<B> {
     }
 }
 
-/// Entries as numbers of a checkpoint: row, column, value.
-fn flat(compliance: &PressureCompliance) -> Vec<f64> {
-    compliance.entries.iter().flat_map(|&(row, column, value)| [f64::from(row), f64::from(column), value]).collect()
-}
-
-/// The entries with these numbers.
-fn entries(flat: &[f64]) -> Vec<(u32, u32, f64)> {
-    flat.as_chunks::<3>().0.iter().map(|&[row, column, value]| (row as u32, column as u32, value)).collect()
-}
-
 fn scaled_norm(b: &[f64], scaling: &[f64], work: &mut [f64]) -> f64 {
     update(work, |i, _| scaling[i] * b[i]);
     norm(work)
 }
 
-/// The failure with this residual, of which `own` numbers belong to the mesh.
-fn failure<const B: usize>(history: Vec<f64>, residual: &[f64], (own, reference): (usize, f64)) -> NotConverged {
-    let size = |i: usize| if residual[i].is_finite() { residual[i].abs() } else { f64::INFINITY };
-    let worst = (0..own).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
-    NotConverged { residual: norm(residual) / reference, history, worst_node: worst / B, worst_unknown: worst % B }
+/// The failure with a relative residual at the end, of which `own` are the numbers of the mesh.
+fn failure<const B: usize>(history: Vec<f64>, residual: f64, own: &[f64]) -> NotConverged {
+    let size = |i: usize| if own[i].is_finite() { own[i].abs() } else { f64::INFINITY };
+    let worst = (0..own.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
+    NotConverged { residual, history, worst_node: worst / B, worst_unknown: worst % B }
 }

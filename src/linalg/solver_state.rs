@@ -8,12 +8,44 @@ use bytemuck::{Pod, Zeroable};
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
-    /// How its border yields to pressure: row, column and value of entries; empty if the preconditioner doesn't know.
+    /// Row and column of the entries of the border's compliance to pressure, of which that matrix was made; empty if it has none.
+    pub compliance_places: Vec<[u32; 2]>,
+    /// The values of these entries.
     pub compliance: Vec<f64>,
-    /// The coarse correction of the border; empty if there is none.
-    pub coarse: Vec<f64>,
-    /// Counters of its use.
+    /// The coarse correction of the border.
+    pub coarse: CoarseState,
+    /// Counters of the use of the preconditioner.
     pub counters: SolverCounters,
+}
+
+/// State of the coarse correction of a border.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CoarseState {
+    /// Counters of its use.
+    pub counters: CoarseCounters,
+    /// Λ, the added mass of each motion over what resists in the solid.
+    pub added_mass: Vec<f64>,
+    /// W, the forces by the pressure of each motion, motion after motion.
+    pub forces: Vec<f64>,
+}
+
+/// Counters that decide whether the coarse correction of a border is made anew. All are numbers of one type, so that a
+/// checkpoint stores them as a record.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct CoarseCounters {
+    /// 1 if there is a correction, which may be one without motions, or else 0.
+    pub made: f64,
+    /// trace(WᵀY) of the first system, 0 before it.
+    pub compliance: f64,
+    /// Cost of a new correction, in iterations.
+    pub price: f64,
+    /// Iterations since the correction was made.
+    pub spent: f64,
+    /// Systems since it was made.
+    pub systems: f64,
+    /// [`REPLACED`] if the next system gets a new one, or else [`KEPT`].
+    pub replacement: f64,
 }
 
 /// Counters that decide which method preconditions the next system, and whether anew. All are numbers of one type, so

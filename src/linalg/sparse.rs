@@ -177,7 +177,7 @@ impl CompressedColumns {
     }
 }
 
-/// z = S (S A S)⁻¹ S r with the factor of S A S; `work` is room for a vector.
+/// z = S (S A S)⁻¹ S r with the factor of S A S; `work` is workspace for a vector.
 pub(super) fn solve_scaled(factor: &impl Solve<f64>, scaling: &[f64], work: &mut [f64], r: &[f64], z: &mut [f64]) {
     work.iter_mut().zip(r).zip(scaling).for_each(|((work, r), s)| *work = r * s);
     let rows = work.len();

@@ -40,9 +40,9 @@ impl SymmetricFactor {
 
 /// A factor that an iteration is preconditioned with: that of the symmetric part of a matrix where it is positive definite, or else of all
 /// of it.
-pub struct PreconditioningFactor(Kind);
+pub struct PreconditioningFactor(FactorKind);
 
-enum Kind {
+enum FactorKind {
     Symmetric(SymmetricFactor),
     General(Box<SparseFactor>),
 }
@@ -50,8 +50,8 @@ enum Kind {
 impl PreconditioningFactor {
     /// Factorises; `None` as in [`SparseFactor::new`].
     pub fn new(a: &SparseMatrix) -> Option<Self> {
-        let symmetric = SymmetricFactor::new(a).map(Kind::Symmetric);
-        symmetric.or_else(|| SparseFactor::new(a).map(Box::new).map(Kind::General)).map(Self)
+        let symmetric = SymmetricFactor::new(a).map(FactorKind::Symmetric);
+        symmetric.or_else(|| SparseFactor::new(a).map(Box::new).map(FactorKind::General)).map(Self)
     }
 
     /// Factorises the symmetric part; `None` where that isn't positive definite.
@@ -62,8 +62,8 @@ impl PreconditioningFactor {
     /// z ≈ A⁻¹ r.
     pub fn solve(&mut self, r: &[f64], z: &mut [f64]) {
         match &mut self.0 {
-            Kind::Symmetric(factor) => factor.solve(r, z),
-            Kind::General(factor) => factor.solve(r, z),
+            FactorKind::Symmetric(factor) => factor.solve(r, z),
+            FactorKind::General(factor) => factor.solve(r, z),
         }
     }
 }
@@ -86,7 +86,7 @@ mod tests {
         let r: Vec<f64> = h.iter().map(|row| row.iter().zip(&x).map(|(h, x)| h * x).sum()).collect();
         for skew in [0.0, 1e5] {
             let mut factor = PreconditioningFactor::new(&matrix(h, skew)).unwrap();
-            assert!(matches!(factor.0, Kind::Symmetric(_)));
+            assert!(matches!(factor.0, FactorKind::Symmetric(_)));
             let mut z = [0.0; 3];
             factor.solve(&r, &mut z);
             assert!(z.iter().zip(&x).all(|(z, x)| (z - x).abs() < 1e-14), "{z:?}");
@@ -103,7 +103,7 @@ mod tests {
         // row 0 by hand
         assert_eq!(r[0], 1.0 - 4.5 * 2.0 + 3.0);
         let mut factor = PreconditioningFactor::new(&a).unwrap();
-        assert!(matches!(factor.0, Kind::General(_)));
+        assert!(matches!(factor.0, FactorKind::General(_)));
         factor.solve(&r, &mut z);
         assert!(z.iter().zip(&x).all(|(z, x)| (z - x).abs() < 1e-14), "{z:?}");
     }

@@ -50,7 +50,7 @@ impl Elastic {
         self.poisson >= 0.5
     }
 
-    /// Its moduli; incompressible: the bulk modulus is [`INCOMPRESSIBLE`] times the shear modulus.
+    /// Moduli of the law; incompressible: the bulk modulus is [`INCOMPRESSIBLE`] times the shear modulus.
     #[inline(always)]
     pub fn moduli(&self) -> Moduli {
         let shear = self.young / (2.0 * (1.0 + self.poisson));
@@ -87,7 +87,7 @@ impl Elastic {
         })
     }
 
-    /// As [`Elastic::start`], for a metal that yields at `yield_stress` [Pa].
+    /// State at the start, as [`Elastic::start`], of a metal that yields at `yield_stress` [Pa].
     ///
     /// # Errors
     /// A sentence, when an energy is prescribed or a stress beyond yield.
@@ -143,9 +143,10 @@ impl Moduli {
         -self.bulk * volume_ratio.ln()
     }
 
-    /// Deviator of the rate laws after an elastic increment [Pa], Lian (22, 25).
+    /// Deviator of the rate laws after an elastic increment [Pa], theory (B.16).
     #[inline(always)]
     pub fn deviator(&self, increment: &Increment, point: &Point<'_>) -> SymTensor {
+        // Lian (22, 25) with the spin's sign corrected; theory (B.16).
         let half = increment.shear * self.shear;
         (point.deviator + half).rotated(&increment.rotation()) + half
     }

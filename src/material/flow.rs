@@ -57,10 +57,11 @@ pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &FlowProperties, batc
     }
 }
 
-/// Viscous stress, Lian (26), and viscous heating. Leaves the deviator s^{n+1} in the stress.
+/// Viscous stress and viscous heating, theory B.5. Leaves the deviator s^{n+1} in the stress.
 fn shear(flow: &FlowProperties, batch: &mut PointBatch<'_>) {
     for p in 0..batch.len() {
         let rate = batch.gradient[p].symmetric().deviator();
+        // Lian (26) without the pressure.
         let s = rate * (2.0 * flow.viscosity);
         let mean = (batch.stress[p].deviator() + s) * 0.5;
         let volume = 0.5 * batch.volume[p] * (1.0 + batch.volume_ratio[p]);

@@ -15,7 +15,7 @@ use crate::math::{SymTensor, Tensor};
 /// An isotropic solid whose stress is the slope of a stored energy: what its author writes. It makes a [`Solid`] and an
 /// [`ElasticLaw`].
 pub trait Hyperelastic: std::fmt::Debug + Send + Sync {
-    /// Its name in messages.
+    /// Name of the law in messages.
     const NAME: &'static str;
 
     /// Density, moduli at zero strain, artificial viscosity.

@@ -28,7 +28,7 @@ pub fn midpoint(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
 /// The rotation Q of an increment, from the gradient in its middle.
 #[inline(always)]
 pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
-    // Ω of Lian (63). A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
+    // Ω of Lian (24, 63). A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
     let a = gradient.skew() * (0.5 * dt);
     let axis = Vector([a[2][1], a[0][2], a[1][0]]);
     Tensor::identity() + (a + a.dot(&a)) * (2.0 / (1.0 + axis.norm_squared()))
@@ -42,15 +42,15 @@ pub fn deformation(gradient: &Tensor<3>, dt: f64, volume_ratio: f64) -> Tensor<3
     f * cube_root(volume_ratio / f.determinant())
 }
 
-/// Ratios this near to one are that of an increment.
-const NEAR: f64 = 0.05;
+/// Distance of a ratio from one within which its cube root is that of the series: that of an increment is.
+const LARGEST_SERIES_ARGUMENT: f64 = 0.05;
 
 /// ∛r, for a ratio that is nearly always close to one: the third-order series, whose error of (10/243) (r − 1)⁴
 /// Halley's step cubes, to far below rounding. A general cube root takes a tenth of the step of an elastic solid.
 #[inline(always)]
 fn cube_root(r: f64) -> f64 {
     let e = r - 1.0;
-    if e.abs() < NEAR {
+    if e.abs() < LARGEST_SERIES_ARGUMENT {
         let y = 1.0 + e * (1.0 / 3.0 - e * (1.0 / 9.0 - e * (5.0 / 81.0)));
         let cube = y * y * y;
         y * (cube + 2.0 * r) / (2.0 * cube + r)
@@ -61,7 +61,7 @@ fn cube_root(r: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{NEAR, cube_root, deformation, midpoint, rotation};
+    use super::{LARGEST_SERIES_ARGUMENT, cube_root, deformation, midpoint, rotation};
     use crate::math::{SymTensor, Tensor};
 
     fn spin(angle: f64) -> Tensor<3> {
@@ -72,7 +72,7 @@ mod tests {
     fn cube_roots_near_one_are_those_of_the_library() {
         assert_eq!(cube_root(1.0), 1.0);
         for k in -2000..=2000 {
-            let r = 1.0 + 1.5 * NEAR * f64::from(k) / 2000.0;
+            let r = 1.0 + 1.5 * LARGEST_SERIES_ARGUMENT * f64::from(k) / 2000.0;
             let (found, exact) = (cube_root(r), r.cbrt());
             assert!((found - exact).abs() <= 4.0 * f64::EPSILON, "{r}: {found} instead of {exact}");
         }

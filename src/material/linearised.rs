@@ -119,7 +119,7 @@ const PLANE: [usize; 3] = [0, 1, 3];
 const NORMAL: usize = 2;
 
 impl Linearised<6> {
-    /// From the Cauchy stress σ [Pa] and the tangent c [Pa] of Truesdell's rate of it.
+    /// The linearised law with the Cauchy stress σ [Pa] and the tangent c [Pa] of Truesdell's rate of it.
     pub fn new(stress: SymTensor, tangent: Stiffness) -> Self {
         let pressure = -stress.trace() / 3.0;
         let slope = (tangent.trace() + stress * 2.0) * (1.0 / 3.0) + SymTensor::isotropic(pressure);

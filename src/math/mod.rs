@@ -1,5 +1,6 @@
 //! Small vectors and tensors, and signals (values that vary in space and time).
 
+pub(crate) mod dense;
 mod dimension;
 pub mod formula;
 mod root;

@@ -10,14 +10,14 @@ use std::fmt;
 const THINNEST: f64 = 1e-10;
 
 /// Nodes nearer than this, as a fraction of the mesh's extent, are the same.
-const SAME: f64 = 1e-12;
+const SAME_NODE_DISTANCE: f64 = 1e-12;
 
 /// One finding about a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// The problem.
     pub problem: Problem,
-    /// Its place: the centre of the element, or the node [m].
+    /// Place of the flaw: the centre of the element, or the node [m].
     pub place: [f64; 3],
     /// Names of the element or node, and of its neighbour, in the message.
     called: [i64; 2],
@@ -247,7 +247,7 @@ fn blame(shared: &[u32], pairs: &[[usize; 2]]) -> Vec<[usize; 2]> {
 fn duplicates(facets: &Facets, findings: &mut Vec<Finding>) {
     const SHIFT: f64 = 0.37;
     let extent = facets.nodes.iter().flatten().fold(f64::MIN_POSITIVE, |most, c| most.max(c.abs()));
-    let cell = |c: f64| (c / (SAME * extent) + SHIFT).floor() as i64;
+    let cell = |c: f64| (c / (SAME_NODE_DISTANCE * extent) + SHIFT).floor() as i64;
     let mut first_in: HashMap<[i64; 3], u32> = HashMap::with_capacity(facets.nodes.len());
     for (node, &place) in (0u32..).zip(&facets.nodes) {
         let first = *first_in.entry(place.map(cell)).or_insert(node);

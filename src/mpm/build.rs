@@ -17,6 +17,7 @@ use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membra
 use crate::error::Diagnostic;
 use crate::material::{PointLaw, StartState};
 use crate::math::{Tensor, Vector};
+use crate::parallel;
 use crate::simulation::Timer;
 
 impl<const D: usize> Mpm<D> {
@@ -84,7 +85,7 @@ impl<const D: usize> Mpm<D> {
         (self.method.safety * bounds.fold(f64::INFINITY, f64::min)).min(self.coupling.bound())
     }
 
-    /// The same with transfers as plain loops over the particles: the specification of the fast ones, to compare with.
+    /// The solver with transfers as plain loops over the particles: the specification of the fast ones, to compare with.
     #[must_use]
     pub fn with_plain_transfers(mut self) -> Self {
         self.executor = Box::new(Plain);
@@ -175,7 +176,7 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     findings
 }
 
-/// The same about one body; `require` takes a condition, a key of the body with a dot before it, and the message if the condition fails.
+/// Checks one body; `require` takes a condition, a key of the body with a dot before it, and the message if the condition fails.
 fn check_body<const D: usize>(body: &BodySetup<D>, grid: &GridSetup<D>, mut require: impl FnMut(bool, &str, String)) {
     let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
     let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));
@@ -277,9 +278,10 @@ fn mass_cutoffs<const D: usize>(
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
-/// start, which the signals hold before the first step.
+/// start, which the columns of wave speeds hold before the first step.
 fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
-    let sound = bodies.iter().flat_map(|body| &body.particles.wave_speed).fold(0.0, |most: f64, &c| most.max(c));
+    let largest = |body: &Body<D>| parallel::max(body.particles.len(), |p| body.particles.wave_speed[p]);
+    let sound = bodies.iter().map(largest).fold(0.0, f64::max);
     match transfer {
         Transfer::Flip { filter_interval: steps @ 1.., .. } if sound > 0.0 => f64::from(steps) * 0.3 * cell / sound,
         _ => f64::INFINITY,

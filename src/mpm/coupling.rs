@@ -24,21 +24,23 @@ use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
 use crate::timed;
 
-/// A membrane lies between a particle and something rigid if the way to it leads towards that, by this cosine, and is
-/// no longer, but for this many cells: it may overlap a little with what it lies on.
+/// A membrane lies between a particle and something rigid if the cosine of the angle between the shortest lines from the particle to the two
+/// is above this ...
 const FACING: f64 = 0.7;
-const AMONG: f64 = 0.1;
+
+/// ... and the membrane is no farther from the particle than the rigid surface, but for this overlap [cells].
+const OVERLAP_ALLOWED: f64 = 0.1;
 
 /// A sub-step of the membranes within a step.
 #[derive(Debug, Clone, Copy)]
 pub struct SubStep<'a> {
     /// The step.
     pub step: &'a Step,
-    /// Its beginning after the start of the step, for positions [s].
+    /// Beginning of the sub-step after the start of the step, for positions [s].
     pub elapsed: f64,
     /// Length [s].
     pub dt: f64,
-    /// Its end after the start of the step, for the momentum of bodies and sheets [s].
+    /// End of the sub-step after the start of the step, for the momentum of bodies and sheets [s].
     pub momentum_end: f64,
     /// Length for the momentum [s].
     pub momentum_dt: f64,
@@ -151,14 +153,17 @@ impl<const D: usize> Coupling<D> {
                 let mut sheet = SheetInContact { index, offset, contact: &mut *contact, walls };
                 sheet.advance(membrane, &at, settings.passes, timer)?;
             }
-            timed!(timer, "apart", proximity.watch(membranes, work, step.t + elapsed + dt));
+            timed!(timer, "proximity", proximity.watch(membranes, work, step.t + elapsed + dt));
         }
         timed!(timer, "contact", contact.finish_step(grid));
-        timed!(timer, "contact", self.leave_a_way_out(walls, step))
+        timed!(timer, "contact", self.check_squeezed(walls, step))
     }
 
-    /// Sees that walls, obstacles and supports leave every node a way out.
-    fn leave_a_way_out(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
+    /// Checks that no node is squeezed between walls, obstacles and supports.
+    ///
+    /// # Errors
+    /// A node is.
+    fn check_squeezed(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
         self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
             let positions = NodePositions { position: &membrane.position, reference: &membrane.reference };
             let squeeze = self.contact.squeezed(index, positions, walls, step.dt);
@@ -180,8 +185,8 @@ impl<const D: usize> Coupling<D> {
     /// `normal` at the distance `distance` [m].
     pub fn lies_between(&self, cell: f64, field: usize, x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
         (0..self.membranes.len()).any(|index| {
-            let to = self.contact.way_to(index, field, x, cell);
-            to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + AMONG * cell)
+            let to = self.contact.vector_to_sheet(index, field, x, cell);
+            to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + OVERLAP_ALLOWED * cell)
         })
     }
 
@@ -223,7 +228,7 @@ impl<const D: usize> SheetInContact<'_, D> {
         let surface = surface(membrane, &previous, offset);
         timed!(timer, "contact", contact.conclude(index, &surface, at));
         timed!(timer, "membrane", membrane.move_nodes(t, at.dt)); // x_K                 Lian (47)
-        timed!(timer, "contact", contact.part(index, &mut membrane.position, at));
+        timed!(timer, "contact", contact.undo_overlaps(index, &mut membrane.position, at));
         Ok(())
     }
 }

@@ -63,7 +63,7 @@ pub struct GridSetup<const D: usize> {
 /// A domain wall.
 #[derive(Debug, Clone, Default)]
 pub struct Wall {
-    /// Its effect on the grid velocity.
+    /// Effect of the wall on the grid velocity.
     pub kind: WallKind,
     /// Velocity of the wall along each axis (3 entries; unused ones zero) [m/s].
     pub velocity: [Signal; 3],
@@ -93,11 +93,11 @@ pub enum WallKind {
 pub struct Obstacle {
     /// Name, for reaction histories.
     pub name: String,
-    /// Its shape at the start.
+    /// Shape of the obstacle at the start.
     pub region: Region,
-    /// Its effect on the grid velocity.
+    /// Effect of the obstacle on the grid velocity.
     pub kind: WallKind,
-    /// Its velocity [m/s] (rigid translation).
+    /// Velocity of the obstacle [m/s] (rigid translation).
     pub velocity: [Signal; 3],
 }
 
@@ -131,11 +131,11 @@ pub enum Dissipation {
 /// The time of the stress update in a step (theory A.8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StressUpdate {
-    /// Before the forces (the paper; USF).
+    /// Stress update before the forces (the paper; USF).
     First,
-    /// After the particles moved, with the grid velocity (USL).
+    /// Stress update after the particles moved, with the grid velocity (USL).
     Last,
-    /// After re-mapping the particles' new velocity (MUSL).
+    /// Stress update after re-mapping the particles' new velocity (MUSL).
     ModifiedLast,
     /// Half first, half modified last (USAVG).
     Average,

@@ -139,12 +139,12 @@ pub fn collect<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> T + Sync)
     join(map_ranges(len, size, |range| range.map(&of).collect()))
 }
 
-/// As [`collect`], without the `None`s.
+/// The results of `of`, as [`collect`] gives them, without the `None`s.
 pub fn collect_some<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     join(map_ranges(len, size, |range| range.filter_map(&of).collect()))
 }
 
-/// As [`collect`], for iterators, one after the other.
+/// The entries of the iterators that `of` returns, one after the other, as [`collect`] cuts them.
 pub fn collect_all<I: IntoIterator>(len: usize, size: usize, of: impl Fn(usize) -> I + Sync) -> Vec<I::Item>
 where
     I::Item: Send,
@@ -198,7 +198,7 @@ pub fn for_each_pair_mut<A: Send, B: Send>(a: &mut [A], b: &mut [B], run: impl F
     for_each_chunk((a, b), CHUNK, |_, (a, b)| a.iter_mut().zip(b).for_each(|(a, b)| run(a, b)));
 }
 
-/// As [`for_each_pair_mut`]; folds what `run` returns in order, chunk by chunk.
+/// Calls `run`, as [`for_each_pair_mut`] does; folds what it returns in order, chunk by chunk.
 pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     a: &mut [A],
     b: &mut [B],
@@ -211,7 +211,7 @@ pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     parts.into_iter().flatten().reduce(fold)
 }
 
-/// As [`for_each_pair_mut`], with the number of the pair; what `run` returns, in order.
+/// Calls `run` with the number of the pair, as [`for_each_pair_mut`] does; returns what it returns, in order.
 pub fn collect_pair_mut<A: Send, B: Send, T: Send>(
     a: &mut [A],
     b: &mut [B],
@@ -257,6 +257,18 @@ pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
 pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     let least = |a: f64, b: f64| if a < b || a.is_nan() { a } else { b };
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
+}
+
+/// The largest `term` over `0..len`, zero where none is above; NaN counts as nothing.
+///
+/// ```
+/// use lateen::parallel;
+///
+/// assert_eq!(parallel::max(100_000, |n| (n as f64 - 70_000.0).abs()), 70_000.0);
+/// assert_eq!(parallel::max(0, |_| 1.0), 0.0);
+/// ```
+pub fn max(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
+    reduce(len, |range| range.map(&term).fold(0.0, f64::max), f64::max).unwrap_or(0.0)
 }
 
 /// The results of `work` on each of the parts, in their order; each is a task of its own.

@@ -40,7 +40,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub gravity: [Signal; D],
     /// Particles at the start, sorted.
     pub particles: Particles<D>,
-    /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of Becker (37).
+    /// Sharp level set of two fluids, negative in the heavier; without one the pseudo level set of Becker (37).
     pub level_set: Option<LevelSet>,
     /// Treatment of the volume of each fluid.
     pub volume: VolumeCorrection,
@@ -54,7 +54,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub mass: Mass,
     /// Enrichment of cut elements without surface tension.
     pub enrichment: Enrichment,
-    /// From the particles to the nodes.
+    /// Average of the particles at the nodes.
     pub kernel: AveragingKernel,
     /// Rule by which particles are added and merged.
     pub reseeding: Reseeding,

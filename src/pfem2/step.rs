@@ -262,12 +262,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
-        timed!(self.timer, "solids", self.update_solids(step, &averaged)?);
+        timed!(self.timer, "solids", self.update_particle_solids(step, &averaged)?);
         // Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
         timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));
-        timed!(self.timer, "account", self.account_for_solids(step, &convected));
+        timed!(self.timer, "account", self.account_for_particle_solids(step, &convected));
         health::check_particles(&self.particles.columns)?;
         health::check_nodes(&self.system)
     }
@@ -288,7 +288,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let found = loop {
             let (system, particles) = (&self.system, &self.particles);
             let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
-            timed!(self.timer, "project", self.gather_solids());
+            timed!(self.timer, "project", self.gather_particle_solids());
             let convected = self.system.imposed(step, &averaged.mean);
             for _ in 0..solutions {
                 timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
@@ -335,7 +335,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
     pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: TimeStep) {
         self.interface.count_outflow(flow, &self.system);
-        self.system.carry_subscales(step, self.history.explicit_shares(step));
+        self.system.carry_subscales(step, self.history.shares(step));
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
@@ -370,7 +370,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
     pub(super) fn update_contents(&mut self) {
-        self.gather_solids();
+        self.gather_particle_solids();
         self.system.fill(&self.interface.phases(), &self.history.velocity_previous);
         self.balance.sum(&self.system);
         self.interface.trace(&self.system);

@@ -49,8 +49,11 @@ pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory)
     }
     for (n, spec) in file.picture.iter().enumerate() {
         let (key, domain) = (format!("picture[{n}]"), domain(case, &initial));
-        match Picture::new(spec.clone(), &key, &initial, domain, &directory.pictures(), frames, units) {
-            Ok(picture) => monitors.push(Box::new(case.obstacles().into_iter().fold(picture, Picture::with_obstacle))),
+        match Picture::new(spec.clone(), &key, &initial, domain, &directory.pictures(), frames) {
+            Ok(picture) => {
+                let picture = case.obstacles().into_iter().fold(picture.with_units(units), Picture::with_obstacle);
+                monitors.push(Box::new(picture));
+            }
             Err(finding) => findings.push(finding),
         }
     }

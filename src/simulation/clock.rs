@@ -9,7 +9,7 @@
 //! the time r left to it, Δt ≤ ρ Δt_before and Δt ≤ (1 − 1/ρ) r + a, the first of the steps Δt, Δt/ρ, … that still end with ρ a.
 
 /// Times closer than this fraction of an interval are the same time.
-const SAME: f64 = 1e-9;
+const SAME_TIME: f64 = 1e-9;
 
 /// An output that is due this fraction of its interval before the end is the one at the end: `end = "1 s"` with an interval of
 /// "0.033333 s" shall not end with a step of ten microseconds, whose pressures would be what the step before left, over its length.
@@ -55,7 +55,7 @@ impl Clock {
     /// leap-frog with Δt near its bound then has bands of resonance in which a sheet gains energy without end.
     pub fn next_dt(&self, target: f64, bound: f64) -> f64 {
         let remaining = target - self.time;
-        let steps = (remaining / bound * (1.0 - SAME)).ceil();
+        let steps = (remaining / bound * (1.0 - SAME_TIME)).ceil();
         if steps > 1.0 { remaining / steps } else { remaining }
     }
 
@@ -87,7 +87,7 @@ impl Schedule {
     /// The first due time after `time` [s]; infinity if there is none.
     pub fn next(&self, time: f64) -> f64 {
         if self.interval.is_finite() {
-            ((time / self.interval + SAME).floor() + 1.0) * self.interval
+            ((time / self.interval + SAME_TIME).floor() + 1.0) * self.interval
         } else {
             f64::INFINITY
         }
@@ -102,7 +102,7 @@ impl Schedule {
     /// True if `time` [s] is a multiple of the interval.
     pub fn is_due(&self, time: f64) -> bool {
         let count = time / self.interval;
-        self.interval.is_finite() && (count - count.round()).abs() <= SAME
+        self.interval.is_finite() && (count - count.round()).abs() <= SAME_TIME
     }
 }
 

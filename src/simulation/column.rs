@@ -113,7 +113,7 @@ pub trait ColumnData {
 
 /// A type of number that checkpoints know.
 pub trait Number: Record<Number = Self> {
-    /// Its name in the header of a checkpoint.
+    /// Name of the type in the header of a checkpoint.
     const KIND: &'static str;
 }
 

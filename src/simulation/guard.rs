@@ -11,7 +11,7 @@ use crate::math::Signal;
 /// A formula of the case.
 #[derive(Debug, Clone)]
 pub struct Watched {
-    /// Its key in the case.
+    /// Key of the signal in the case.
     pub key: String,
     /// Its value.
     pub signal: Signal,

@@ -57,13 +57,13 @@ impl Ledger {
 /// One term of the ledger.
 #[derive(Debug, Clone)]
 pub struct BalanceTerm {
-    /// For example `kinetic energy: water`.
+    /// Name of the term, for example `kinetic energy: water`.
     pub name: String,
     /// `kg`, `N s`, `J`.
     pub unit: &'static str,
-    /// Its role in the energy closure.
+    /// Role of the term in the energy closure.
     pub kind: TermKind,
-    /// Its value.
+    /// Value of the term.
     pub value: f64,
 }
 

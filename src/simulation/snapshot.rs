@@ -101,9 +101,9 @@ pub struct SurfaceSet<'a> {
 /// A named field with its unit and number of components (1, 3, or 6 for symmetric tensors
 /// in the order xx yy zz xy yz zx).
 pub struct Field<'a> {
-    /// For example `velocity`.
+    /// Name of the field, for example `velocity`.
     pub name: &'static str,
-    /// For example `m/s`; empty when dimensionless.
+    /// Unit of the field, for example `m/s`; empty when dimensionless.
     pub unit: &'static str,
     /// Numbers per entry.
     pub components: usize,
@@ -113,7 +113,7 @@ pub struct Field<'a> {
 
 /// Numbers of a field: borrowed, or computed when asked for.
 pub enum FieldValues<'a> {
-    /// As stored.
+    /// Numbers as they are stored.
     Stored(&'a [f64]),
     /// Computed on demand.
     Computed(Box<dyn Fn() -> Vec<f64> + 'a>),

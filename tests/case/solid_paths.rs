@@ -65,7 +65,7 @@ fn solid(model: &Model) -> SolidSummary {
     solid.clone()
 }
 
-/// How far the solid of a case is said to come; zero where it stays [m].
+/// Distance that the solid of a case is said to come; zero where it stays [m].
 fn way(text: &str) -> f64 {
     solid(&good(text)).path.map_or(0.0, |path| path.way)
 }

@@ -1,11 +1,12 @@
-//! Systems with a border: light pistons in the bottom of a box of fluid, each of which moves a part of the wall.
+//! Systems with a border: added unknowns y_j, each of which moves a part of the bottom of a box of fluid and has a mass of its own.
 //!
 //! The velocity of the nodes of the bottom is v_y = Σ_j φ_j(x) y_j. With P = (φ_j), A of the fluid whose bottom is free, and masses m of the
-//! pistons over the step: E = A P, F = Pᵀ A, S = Pᵀ A P + m. Solutions are put in. Bounds on numbers of iterations have no reference outside
+//! added unknowns over the step: E = A P, F = Pᵀ A, S = Pᵀ A P + m. Solutions are put in. Bounds on numbers of iterations have no reference outside
 //! of this program: they guard that the preconditioner of the border stays effective.
 
 use lateen::linalg::{
-    BlockMatrix, Border, LinearSolver, Pattern, SolverKind, SolverOptions, SparseFactor, SparseMatrix,
+    BlockMatrix, Border, BorderedRows, BorderedVector, LinearSolver, Pattern, SolverKind, SolverOptions, SparseFactor,
+    SparseMatrix,
 };
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
@@ -34,8 +35,8 @@ fn fluid(mesh: &Mesh<2, 3>, viscosity: f64) -> BlockMatrix<3> {
     a
 }
 
-/// The pistons.
-struct Pistons {
+/// The added unknowns.
+struct MovingBottom {
     /// A with a free bottom.
     free: BlockMatrix<3>,
     /// φ_j of the nodes of the bottom.
@@ -47,7 +48,7 @@ struct Pistons {
     walls: Vec<bool>,
 }
 
-impl Pistons {
+impl MovingBottom {
     fn new(mesh: &Mesh<2, 3>, free: BlockMatrix<3>, (count, mass): (usize, f64), walls: Vec<bool>) -> Self {
         let bottom = (0..mesh.nodes().len()).filter(|&i| mesh.nodes()[i][1] < 1e-9);
         let share = |j: usize, x: f64| (1.0 - (x * (count + 1) as f64 - (j + 1) as f64).abs()).max(0.0);
@@ -69,14 +70,14 @@ impl Pistons {
         Self { free, moves, matrix, factor, walls }
     }
 
-    /// Pᵀ A x at the pistons.
+    /// Pᵀ A x along the added unknowns.
     fn forces(&self, x: &[[f64; 3]]) -> Vec<f64> {
         let of = |moves: &Vec<(usize, f64)>| moves.iter().map(|&(i, p)| p * self.free.row_product(i, x)[1]).sum();
         self.moves.iter().map(of).collect()
     }
 }
 
-impl Pistons {
+impl MovingBottom {
     /// A P y with a free bottom.
     fn flux(&self, y: &[f64]) -> Vec<[f64; 3]> {
         let mut bottom = vec![[0.0; 3]; self.walls.len()];
@@ -87,12 +88,13 @@ impl Pistons {
     }
 }
 
-impl Border<3> for Pistons {
+impl Border<3> for MovingBottom {
     fn scaling(&self) -> Vec<f64> {
         (0..self.moves.len()).map(|j| self.matrix[j][j].sqrt().recip()).collect()
     }
 
-    fn multiply(&self, (x, y): (&[[f64; 3]], &[f64]), (rows, own): (&mut [[f64; 3]], &mut [f64])) {
+    fn multiply(&self, x: BorderedVector<'_, 3>, rows: BorderedRows<'_, 3>) {
+        let (BorderedVector { mesh: x, border: y }, BorderedRows { mesh: rows, border: own }) = (x, rows);
         let flux = self.flux(y);
         for (i, row) in rows.iter_mut().enumerate() {
             (0..3).filter(|&k| k == 2 || !self.walls[i]).for_each(|k| row[k] += flux[i][k]);
@@ -139,7 +141,7 @@ fn held(free: &BlockMatrix<3>, walls: &[bool]) -> BlockMatrix<3> {
     a
 }
 
-/// Iterations for `count` pistons of this mass in a box of so many cells; the solution is compared.
+/// Iterations for `count` added unknowns of this mass in a box of so many cells; the solution is compared.
 fn iterations(kind: SolverKind, [cells, count]: [usize; 2], mass: f64) -> usize {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();
     solve(&mut solver(&mesh, kind), &mesh, (count, mass))
@@ -154,9 +156,9 @@ fn solver(mesh: &Mesh<2, 3>, kind: SolverKind) -> LinearSolver<3> {
     solver
 }
 
-/// Solves for the box with `count` pistons of this mass, compares the solution, and returns the iterations.
-fn solve(solver: &mut LinearSolver<3>, mesh: &Mesh<2, 3>, pistons: (usize, f64)) -> usize {
-    solve_between(solver, mesh, pistons, walls(mesh))
+/// Solves for the box with `count` added unknowns of this mass, compares the solution, and returns the iterations.
+fn solve(solver: &mut LinearSolver<3>, mesh: &Mesh<2, 3>, bottom_motion: (usize, f64)) -> usize {
+    solve_between(solver, mesh, bottom_motion, walls(mesh))
 }
 
 /// The same with these nodes at rest, and nodes of the bottom.
@@ -168,16 +170,17 @@ fn solve_between(
 ) -> usize {
     let free = fluid(mesh, 1e-4);
     let a = held(&free, &walls);
-    let mut pistons = Pistons::new(mesh, free, (count, mass), walls.clone());
+    let mut bottom_motion = MovingBottom::new(mesh, free, (count, mass), walls.clone());
     let wave = |k: usize| (1.0 + 0.37 * k as f64).sin();
     let moves = |i: usize, k: usize| if k < 2 && walls[i] { 0.0 } else { wave(3 * i + k) };
     let x: Vec<[f64; 3]> = (0..walls.len()).map(|i| std::array::from_fn(|k| moves(i, k))).collect();
     let y: Vec<f64> = (0..count).map(wave).collect();
     let (mut b, mut c) = (vec![[0.0; 3]; x.len()], vec![0.0; count]);
     a.multiply(&x, &mut b);
-    pistons.multiply((&x, &y), (&mut b, &mut c));
+    bottom_motion.multiply(BorderedVector { mesh: &x, border: &y }, BorderedRows { mesh: &mut b, border: &mut c });
     let (mut own, mut others) = (vec![0.0; 3 * x.len()], vec![0.0; count]);
-    let outcome = solver.solve_bordered(&a, &mut pistons, [b.as_flattened(), &c], [&mut own, &mut others]).unwrap();
+    let outcome =
+        solver.solve_bordered(&a, &mut bottom_motion, [b.as_flattened(), &c], [&mut own, &mut others]).unwrap();
     let error = |found: &[f64], exact: &[f64]| found.iter().zip(exact).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max);
     assert!(error(&own, x.as_flattened()) < 1e-5 && error(&others, &y) < 1e-5, "{count} {mass}");
     outcome.iterations
@@ -185,7 +188,7 @@ fn solve_between(
 
 /// Without the coarse correction they take 2.3 and 2.5 times as many iterations as those that don't yield.
 #[test]
-fn twelve_light_pistons_take_few_more_iterations_than_heavy_ones() {
+fn twelve_light_added_unknowns_take_few_more_iterations_than_heavy_ones() {
     for kind in [SolverKind::Iterative, SolverKind::Direct] {
         let [heavy, light] = [1e6, 1e-6].map(|mass| iterations(kind, [64, 12], mass));
         assert!(4 * light <= 7 * heavy, "{kind:?}: {light} {heavy}");
@@ -195,7 +198,7 @@ fn twelve_light_pistons_take_few_more_iterations_than_heavy_ones() {
 /// Forty are more than the correction takes, and what it leaves out must not become worse: 9 iterations where they don't yield, 20 where they do, 23
 /// without the correction, and 26 with one that projects the added mass on its motions.
 #[test]
-fn light_pistons_beyond_those_that_are_corrected_take_no_more_iterations() {
+fn light_added_unknowns_beyond_those_that_are_corrected_take_no_more_iterations() {
     let [heavy, light] = [1e6, 1e-6].map(|mass| iterations(SolverKind::Direct, [64, 40], mass));
     assert!(2 * light <= 5 * heavy, "{light} {heavy}");
 }
@@ -230,7 +233,7 @@ fn a_kept_preconditioner_follows_a_solid_that_moves() {
 
 /// One, and more than the correction takes.
 #[test]
-fn any_number_of_pistons_moves_as_put_in() {
+fn systems_with_any_number_of_added_unknowns_are_solved() {
     for count in [1, 40] {
         for mass in [1e6, 1e-2] {
             iterations(SolverKind::Auto, [24, count], mass);
@@ -240,7 +243,7 @@ fn any_number_of_pistons_moves_as_put_in() {
 
 /// Rigid solids whose freedom changes change the border.
 #[test]
-fn the_number_of_pistons_may_change_from_system_to_system() {
+fn the_number_of_added_unknowns_may_change_from_system_to_system() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [24; 2]).unwrap();
     for kind in [SolverKind::Iterative, SolverKind::Direct] {
         let mut solver = solver(&mesh, kind);

@@ -3,7 +3,7 @@
 
 use lateen::output::image::Image;
 use lateen::output::picture::{BoxCorners, PictureObstacle};
-use lateen::output::{Picture, PictureSpec, UnitLabels};
+use lateen::output::{Picture, PictureSpec};
 use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -116,7 +116,7 @@ const TANK: BoxCorners = [[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
 fn picture(model: &Model, domain: BoxCorners, keys: &str) -> Picture {
     let spec: PictureSpec = toml::from_str(&format!("name = \"p\"\n{keys}")).unwrap();
     let directory = Path::new("unused");
-    Picture::new(spec, "picture[0]", &model.snapshot(0.0), domain, directory, 2e-4, UnitLabels::Shown).unwrap()
+    Picture::new(spec, "picture[0]", &model.snapshot(0.0), domain, directory, 2e-4).unwrap()
 }
 
 /// Renders, and keeps the picture for a look.
@@ -200,7 +200,7 @@ fn unknown_names_and_impossible_values_are_errors_at_their_key() {
     let error = |keys: &str| {
         let spec: PictureSpec = toml::from_str(&format!("name = \"p\"\n{keys}")).unwrap();
         let initial = model.snapshot(0.0);
-        let picture = Picture::new(spec, "picture[0]", &initial, BOX, Path::new("unused"), 1.0, UnitLabels::Shown);
+        let picture = Picture::new(spec, "picture[0]", &initial, BOX, Path::new("unused"), 1.0);
         picture.err().unwrap()
     };
     assert!(error("of = [\"shet\"]").help.unwrap().contains("did you mean `sheet`"));
@@ -221,7 +221,7 @@ fn a_resumed_run_continues_the_numbers_of_its_pictures() {
     let run = |resume: Option<f64>, times: &[f64]| {
         let spec: PictureSpec = toml::from_str("name = \"dam\"\nsize = [64, 64]").unwrap();
         let initial = model.snapshot(0.0);
-        let mut picture = Picture::new(spec, "picture[0]", &initial, TANK, dir.path(), 0.1, UnitLabels::Shown).unwrap();
+        let mut picture = Picture::new(spec, "picture[0]", &initial, TANK, dir.path(), 0.1).unwrap();
         if let Some(time) = resume {
             picture.resume(time).unwrap();
         }

@@ -24,15 +24,21 @@ fn files(folder: &str, extensions: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// Path and text of a file.
+/// Path and text of a file, whose lines of comments are one.
 fn read(path: PathBuf) -> (String, String) {
-    (path.strip_prefix(root()).unwrap().display().to_string(), fs::read_to_string(&path).unwrap())
+    (path.strip_prefix(root()).unwrap().display().to_string(), joined(&fs::read_to_string(&path).unwrap()))
+}
+
+/// A text in one line, without the marks of comments: what is cited may stand in two lines.
+fn joined(text: &str) -> String {
+    let line = |line: &'_ str| line.trim_start().trim_start_matches(['/', '!', '#', '>']).trim().to_owned();
+    text.lines().map(line).collect::<Vec<_>>().join(" ")
 }
 
 /// Path and text of sources, tests and cases.
 fn sources() -> Vec<(String, String)> {
     let folders = ["src", "tests", "benches", "cases"];
-    let all = folders.iter().flat_map(|folder| files(folder, &["rs", "toml", "md"]));
+    let all = folders.iter().flat_map(|folder| files(folder, &["rs", "toml", "md", "csv", "py"]));
     let here = Path::new(file!()).file_name().unwrap();
     all.filter(|path| path.file_name() != Some(here)).map(read).collect()
 }
@@ -69,17 +75,19 @@ fn theory() -> BTreeSet<String> {
     labels
 }
 
-/// The labels in the list with which a text begins.
-fn labels(rest: &str) -> Vec<String> {
+/// The labels in the list with which a text begins: `D.2, D.3`, `D.2 to D.8`, `(D.2)–(D.4)`.
+fn labels(mut rest: &str) -> Vec<String> {
     let mut found = Vec::new();
-    for item in rest.split([',', ';', '–']).map(|item| item.trim_start().trim_start_matches("and ")) {
-        match label(item.trim_start_matches('(')) {
-            Some(name) if item.starts_with('(') => found.push(format!("({name})")),
-            Some(name) => found.push(name.to_owned()),
-            None => break,
-        }
+    loop {
+        let open = rest.strip_prefix('(');
+        let Some(name) = label(open.unwrap_or(rest)) else { return found };
+        found.push(if open.is_some() { format!("({name})") } else { name.to_owned() });
+        rest = &open.unwrap_or(rest)[name.len()..];
+        rest = rest.strip_prefix(')').unwrap_or(rest);
+        let next = [", and ", ", ", "; ", "–", " to ", " and "].iter().find_map(|between| rest.strip_prefix(between));
+        let Some(next) = next else { return found };
+        rest = next;
     }
-    found
 }
 
 /// The labels that a text cites: a list after the word theory, and equations in brackets anywhere.
@@ -92,6 +100,18 @@ fn cited(text: &str) -> Vec<String> {
         found.extend(bare.then(|| rest.chars().take(6).collect()));
     }
     found.extend(in_brackets(text));
+    found
+}
+
+/// Lists of numbers before a citation of the theory that don't say of which paper they are: `(50, 52; theory (D.10))`.
+fn without_paper(text: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("; theory ") {
+        let Some(open) = text[..at].rfind('(') else { continue };
+        let of_a_paper = ["Lian ", "Becker "].iter().any(|paper| text[..open].ends_with(paper));
+        let is_list = text[open + 1..at].chars().all(|c| c.is_ascii_digit() || ",;– ".contains(c));
+        found.extend((is_list && !of_a_paper).then_some(&text[open..at]));
+    }
     found
 }
 
@@ -118,6 +138,7 @@ fn cited_sections_and_equations_of_the_theory_exist() {
     for (path, text) in sources() {
         let missing = cited(&text).into_iter().filter(|label| !theory.contains(label));
         wrong.extend(missing.map(|label| format!("{path}: theory {label}")));
+        wrong.extend(without_paper(&text).into_iter().map(|list| format!("{path}: of which paper is {list}")));
     }
     // The guide puts sections in brackets, too.
     let known = |label: &String| theory.contains(label) || theory.contains(label.trim_matches(['(', ')']));
@@ -134,7 +155,11 @@ fn labels_are_found_in_every_form() {
         "as theory A.3, A.5 say, theory (B.12), theory D.4.1; linear theory within 3 %, f(A.x) and (C.7); theory 6.2";
     assert_eq!(cited(text), ["A.3", "A.5", "(B.12)", "D.4.1", "6.2", "(B.12)", "(C.7)"]);
     let page = "section G.12, sections F.3 and F.4; section 5 of the paper (H.9)";
-    assert_eq!(cited_in_guide(page), ["G.12", "F.3", "(H.9)"]);
+    assert_eq!(cited_in_guide(page), ["G.12", "F.3", "F.4", "(H.9)"]);
+    let lines = joined("/// as in theory\n    /// C.3 to C.5, and (theory (K.1)–(K.3))");
+    assert_eq!(cited(&lines), ["C.3", "C.5", "(K.1)", "(K.3)", "(K.1)", "(K.3)"]);
+    let numbers = "(50, 52; theory (D.10)), Lian (53–58; theory (D.12)), f(x; theory D.2), (a, 3; theory D.2)";
+    assert_eq!(without_paper(numbers), ["(50, 52"]);
 }
 
 /// The rows of the table of a paper's equations: number, and the sources that do the work.
@@ -203,7 +228,9 @@ fn equations_of_the_papers_are_listed_and_cited_in_the_sources_that_the_list_nam
         for (number, sources) in &table {
             for source in sources {
                 let text = fs::read_to_string(root().join("src").join(source)).unwrap_or_else(|_| panic!("{source}"));
-                let there = equations(&text, paper).contains(number);
+                // What the head says is said of the whole module; the number belongs to the line that does the work.
+                let body: Vec<&str> = text.lines().filter(|line| !line.starts_with("//!")).collect();
+                let there = equations(&body.join("\n"), paper).contains(number);
                 assert!(there, "src/{source} doesn't say where it does {paper} ({number})");
             }
         }
@@ -216,16 +243,28 @@ fn equations_of_the_papers_are_listed_and_cited_in_the_sources_that_the_list_nam
     }
 }
 
+/// The names of files in a folder of references that a text cites; none of a longer path, which is elsewhere.
+fn files_cited<'a>(text: &'a str, folder: &'a str) -> impl Iterator<Item = &'a str> {
+    text.match_indices(folder).filter(|(at, _)| !text[..*at].ends_with('/')).filter_map(|(at, _)| {
+        let rest = &text[at + folder.len()..];
+        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && !"-_.".contains(c)).unwrap_or(rest.len());
+        let file = rest[..end].trim_end_matches('.');
+        file.contains('.').then_some(file)
+    })
+}
+
 #[test]
 fn cited_reference_files_exist() {
-    for path in files("cases", &["toml", "md"]) {
-        let (folder, text) = (path.parent().unwrap(), fs::read_to_string(&path).unwrap());
-        for rest in text.split("reference/").skip(1) {
-            let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && !"-_.".contains(c)).unwrap_or(rest.len());
-            let file = rest[..end].trim_end_matches('.');
-            if file.contains('.') {
-                assert!(folder.join("reference").join(file).is_file(), "{}: reference/{file}", path.display());
-            }
+    for path in files("cases", &["toml", "md", "csv", "py"]) {
+        let text = fs::read_to_string(&path).unwrap();
+        let folder = path.ancestors().find(|above| above.join("case.toml").is_file()).unwrap();
+        for file in files_cited(&text, "reference/") {
+            assert!(folder.join("reference").join(file).is_file(), "{}: reference/{file}", path.display());
+        }
+    }
+    for (path, text) in sources().into_iter().chain(pages()) {
+        for file in files_cited(&text, "tests/reference/") {
+            assert!(root().join("tests/reference").join(file).is_file(), "{path}: tests/reference/{file}");
         }
     }
 }

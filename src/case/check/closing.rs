@@ -30,7 +30,7 @@ const OVERLAP: f64 = 1e-3;
 
 /// Nodes are pushed by at most this from one look to the next [cells], and by at least this [thickness, cells].
 const PUSH: f64 = 0.1;
-const LEAST: [f64; 2] = [0.25, 0.01];
+const LEAST_PUSH: [f64; 2] = [0.25, 0.01];
 
 /// Times at which the displacement of an obstacle is known, and steps of its integration between two of them: two numbers, for an
 /// estimate of the error.
@@ -208,7 +208,7 @@ impl<'a, const D: usize> Search<'a, D> {
             }))
             .collect();
         let limit = (1.0 - MISSING) * thickness - if thickness == 0.0 { OVERLAP * cell } else { 0.0 };
-        let least = (LEAST[0] * thickness).max(LEAST[1] * cell);
+        let least = (LEAST_PUSH[0] * thickness).max(LEAST_PUSH[1] * cell);
         let (interval, push) = (end / TIMES as f64, [(PUSH * cell).max(least), least]);
         Some(Self { solids, travelled, interval, half: 0.5 * thickness, limit, push })
     }

@@ -85,7 +85,7 @@ impl<'a> PartNames<'a> {
     }
 }
 
-/// What an earlier contact has said of the pair, `twin`, or differently of its groups, `other`.
+/// Message and help where an earlier contact names the same pair, `twin`, or its groups otherwise, `other`.
 fn repeated(
     [first, second]: [&str; 2],
     sides: [Named<'_>; 2],

@@ -8,7 +8,7 @@ use crate::mesh::{Facets, check};
 use crate::mpm::{MembraneSetup, SupportSetup};
 
 /// More findings about one mesh than this are not shown.
-const MOST: usize = 5;
+const MOST_FINDINGS: usize = 5;
 
 impl Construction<'_> {
     /// The membrane `membrane[index]`; `None` if it can't be made (and why was noted).
@@ -65,7 +65,7 @@ impl Construction<'_> {
         let mut findings = check::check(&facets);
         findings.sort_by_key(|f| !f.problem.is_error());
         let broken = findings.first().is_some_and(|f| f.problem.is_error());
-        for finding in findings.iter().take(MOST) {
+        for finding in findings.iter().take(MOST_FINDINGS) {
             let severity = if finding.problem.is_error() { Severity::Error } else { Severity::Warning };
             self.findings.push(Diagnostic { severity, ..Diagnostic::error(key, finding.to_string()) });
         }

@@ -142,7 +142,7 @@ struct Construction<'c> {
     watched: Vec<Watched>,
     /// Notes for the user on periods and conditions of the solids.
     notes: Vec<String>,
-    /// How well each solid is resolved along its way, where that can be foreseen.
+    /// Resolution of each solid along its way, where that can be foreseen.
     paths: Vec<Option<PathResolution>>,
 }
 

@@ -17,7 +17,7 @@ pub(super) struct TrialPoints {
 }
 
 /// Most places that a signal is tried at which depends on the time; more are thinned out.
-const MOST: usize = 512;
+const MOST_PLACES: usize = 512;
 
 /// Most places that a signal is tried at before every step.
 const WATCHED: usize = 8;
@@ -61,7 +61,7 @@ impl TrialPoints {
 
     /// True if `signal` is positive somewhere, some time.
     pub(super) fn has_positive(&self, signal: &Signal) -> bool {
-        self.times.iter().any(|&t| self.some(MOST).any(|x| signal.value(x, t) > 0.0))
+        self.times.iter().any(|&t| self.some(MOST_PLACES).any(|x| signal.value(x, t) > 0.0))
     }
 
     /// The first place and time where `signal` is not finite, or where a pole is.
@@ -71,7 +71,7 @@ impl TrialPoints {
         }
         let (times, most) = match signal.is_steady() {
             true => (&self.times[..1], self.places.len()),
-            false => (&self.times[..], MOST),
+            false => (&self.times[..], MOST_PLACES),
         };
         let pairs = || times.iter().flat_map(|&t| self.some(most).map(move |x| (x, t)));
         let infinite = pairs().find(|&(x, t)| !signal.value(x, t).is_finite());

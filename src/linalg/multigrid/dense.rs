@@ -1,7 +1,7 @@
 //! The coarsest level: L D Lᵀ of a small dense matrix.
 
 /// A pivot smaller than this part of its diagonal has nothing left: a constant that nothing fixes.
-const NOTHING: f64 = 1e-6;
+const LEAST_PIVOT: f64 = 1e-6;
 
 /// The factor, row by row; D on the diagonal.
 #[derive(Debug, Clone, Default)]
@@ -17,7 +17,7 @@ impl Dense {
             let original = a[j * n + j];
             let taken: f64 = (0..j).map(|k| a[j * n + k].powi(2) * finite(a[k * n + k])).sum();
             let pivot = original - taken;
-            a[j * n + j] = if pivot.abs() > NOTHING * original.abs() { pivot } else { f64::INFINITY };
+            a[j * n + j] = if pivot.abs() > LEAST_PIVOT * original.abs() { pivot } else { f64::INFINITY };
             for i in j + 1..n {
                 let taken: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k] * finite(a[k * n + k])).sum();
                 a[i * n + j] = (a[i * n + j] - taken) / a[j * n + j];

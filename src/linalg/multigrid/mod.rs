@@ -31,7 +31,7 @@ const WEAK: f32 = 0.06;
 const COARSEST: usize = 250;
 
 /// A coarse residual reduced to this part needs no second step.
-const ENOUGH: f64 = 0.2;
+const SUFFICIENT_REDUCTION: f64 = 0.2;
 
 /// Levels from fine to coarse.
 pub(super) struct Hierarchy {
@@ -47,7 +47,7 @@ struct GridLevel {
     /// Prolongation from the next coarser level and restriction to it; empty on the coarsest.
     prolongation: Csr,
     restriction: Csr,
-    room: LevelVectors,
+    workspace: LevelVectors,
 }
 
 /// Vectors of a level.
@@ -85,14 +85,14 @@ impl Hierarchy {
         loop {
             let coarser = if a.rows() > COARSEST { coarsen(&a, &mut smooth, threshold) } else { None };
             let inverse_diagonal = inverses(&a);
-            let room = LevelVectors::new(a.rows());
+            let workspace = LevelVectors::new(a.rows());
             let Some((prolongation, restriction, next)) = coarser else {
                 let coarsest = if a.rows() <= 8 * COARSEST { dense(&a) } else { Dense::default() };
                 let (prolongation, restriction) = (Csr::default(), Csr::default());
-                levels.push(GridLevel { a, inverse_diagonal, prolongation, restriction, room });
+                levels.push(GridLevel { a, inverse_diagonal, prolongation, restriction, workspace });
                 return Self { scaling, levels, coarsest };
             };
-            levels.push(GridLevel { a, inverse_diagonal, prolongation, restriction, room });
+            levels.push(GridLevel { a, inverse_diagonal, prolongation, restriction, workspace });
             a = next;
             threshold *= 0.5;
         }
@@ -117,12 +117,12 @@ impl Hierarchy {
             x.fill(0.0);
             return;
         }
-        let right = &mut self.levels[0].room.right;
+        let right = &mut self.levels[0].workspace.right;
         for ((right, b), &s) in right.iter_mut().zip(b).zip(&self.scaling) {
             *right = (b / size) as f32 * s;
         }
         cycle(&mut self.levels, &self.coarsest);
-        for ((x, &y), &s) in x.iter_mut().zip(&self.levels[0].room.x).zip(&self.scaling) {
+        for ((x, &y), &s) in x.iter_mut().zip(&self.levels[0].workspace.x).zip(&self.scaling) {
             *x = f64::from(y * s) * size;
         }
     }
@@ -216,23 +216,23 @@ fn dense(a: &Csr) -> Dense {
 /// x ≈ A⁻¹ right on the first of the levels: smooth, correct from the next, smooth.
 fn cycle(levels: &mut [GridLevel], coarsest: &Dense) {
     let Some((level, coarser)) = levels.split_first_mut() else { return };
-    let GridLevel { a, inverse_diagonal, prolongation, restriction, room } = level;
+    let GridLevel { a, inverse_diagonal, prolongation, restriction, workspace } = level;
     let Some(next) = coarser.first_mut() else {
         if coarsest.is_empty() {
-            forward_from_zero(a, inverse_diagonal, &room.right, &mut room.x);
-            backward(a, inverse_diagonal, &room.right, &mut room.x, &mut room.old);
+            forward_from_zero(a, inverse_diagonal, &workspace.right, &mut workspace.x);
+            backward(a, inverse_diagonal, &workspace.right, &mut workspace.x, &mut workspace.old);
         } else {
-            coarsest.solve(&room.right, &mut room.x);
+            coarsest.solve(&workspace.right, &mut workspace.x);
         }
         return;
     };
-    forward_from_zero(a, inverse_diagonal, &room.right, &mut room.x);
-    room.residual.copy_from_slice(&room.right);
-    a.multiply(&room.x, &mut room.residual, |b, ax| b - ax);
-    restriction.multiply(&room.residual, &mut next.room.right, |_, rest| rest);
+    forward_from_zero(a, inverse_diagonal, &workspace.right, &mut workspace.x);
+    workspace.residual.copy_from_slice(&workspace.right);
+    a.multiply(&workspace.x, &mut workspace.residual, |b, ax| b - ax);
+    restriction.multiply(&workspace.residual, &mut next.workspace.right, |_, rest| rest);
     minimize(coarser, coarsest);
-    prolongation.multiply(&coarser[0].room.x, &mut room.x, |x, correction| x + correction);
-    backward(a, inverse_diagonal, &room.right, &mut room.x, &mut room.old);
+    prolongation.multiply(&coarser[0].workspace.x, &mut workspace.x, |x, correction| x + correction);
+    backward(a, inverse_diagonal, &workspace.right, &mut workspace.x, &mut workspace.old);
 }
 
 /// x ≈ A⁻¹ right by at most two steps of GCR, each preconditioned by a cycle; one on the coarsest level.
@@ -241,30 +241,30 @@ fn minimize(levels: &mut [GridLevel], coarsest: &Dense) {
     if levels.len() == 1 {
         return;
     }
-    let GridLevel { a, room, .. } = &mut levels[0];
-    a.multiply(&room.x, &mut room.image[0], |_, ax| ax);
-    let square = dot(&room.image[0], &room.image[0]);
-    let start = dot(&room.right, &room.right);
+    let GridLevel { a, workspace, .. } = &mut levels[0];
+    a.multiply(&workspace.x, &mut workspace.image[0], |_, ax| ax);
+    let square = dot(&workspace.image[0], &workspace.image[0]);
+    let start = dot(&workspace.right, &workspace.right);
     if square == 0.0 || start == 0.0 {
         return;
     }
-    let step = (dot(&room.image[0], &room.right) / square) as f32;
-    room.right.iter_mut().zip(&room.image[0]).for_each(|(r, image)| *r -= step * image);
-    room.direction.copy_from_slice(&room.x);
-    if dot(&room.right, &room.right) <= ENOUGH * ENOUGH * start {
-        room.x.iter_mut().for_each(|x| *x *= step);
+    let step = (dot(&workspace.image[0], &workspace.right) / square) as f32;
+    workspace.right.iter_mut().zip(&workspace.image[0]).for_each(|(r, image)| *r -= step * image);
+    workspace.direction.copy_from_slice(&workspace.x);
+    if dot(&workspace.right, &workspace.right) <= SUFFICIENT_REDUCTION * SUFFICIENT_REDUCTION * start {
+        workspace.x.iter_mut().for_each(|x| *x *= step);
         return;
     }
     cycle(levels, coarsest);
-    let GridLevel { a, room, .. } = &mut levels[0];
-    a.multiply(&room.x, &mut room.image[1], |_, ax| ax);
-    let along = (dot(&room.image[1], &room.image[0]) / square) as f32;
-    let [first, second] = &mut room.image;
+    let GridLevel { a, workspace, .. } = &mut levels[0];
+    a.multiply(&workspace.x, &mut workspace.image[1], |_, ax| ax);
+    let along = (dot(&workspace.image[1], &workspace.image[0]) / square) as f32;
+    let [first, second] = &mut workspace.image;
     second.iter_mut().zip(first).for_each(|(w, v)| *w -= along * *v);
     let square = dot(second, second);
-    let second_step = if square == 0.0 { 0.0 } else { (dot(second, &room.right) / square) as f32 };
+    let second_step = if square == 0.0 { 0.0 } else { (dot(second, &workspace.right) / square) as f32 };
     let first_step = step - along * second_step;
-    room.x.iter_mut().zip(&room.direction).for_each(|(x, d)| *x = first_step * d + second_step * *x);
+    workspace.x.iter_mut().zip(&workspace.direction).for_each(|(x, d)| *x = first_step * d + second_step * *x);
 }
 
 /// a·b in double precision, in a fixed order.

@@ -5,7 +5,7 @@
 use super::csr::Csr;
 use rayon::prelude::*;
 
-/// At most this many blocks.
+/// Number of blocks of rows, at most.
 const BLOCKS: usize = 8;
 
 /// Least size of a block.
@@ -30,7 +30,7 @@ pub(super) fn forward_from_zero(a: &Csr, inverse_diagonal: &[f32], b: &[f32], x:
     });
 }
 
-/// One sweep through descending rows; `old` is room for the values before it.
+/// One sweep through descending rows; `old` is workspace for the values before it.
 pub(super) fn backward(a: &Csr, inverse_diagonal: &[f32], b: &[f32], x: &mut [f32], old: &mut [f32]) {
     old.copy_from_slice(x);
     let size = block_rows(a.rows());

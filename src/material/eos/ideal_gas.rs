@@ -22,6 +22,7 @@ impl EquationOfState for IdealGas {
     #[inline(always)]
     fn coefficients(&self, _density: f64, eta: f64) -> Coefficients {
         let excess = self.gamma - 1.0;
+        // Lian (67), p = B E.
         Coefficients { a: 0.0, b: excess * (1.0 + eta), da: 0.0, db: excess }
     }
 

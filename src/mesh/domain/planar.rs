@@ -11,7 +11,7 @@ use spade::{ConstrainedDelaunayTriangulation, Triangulation};
 use std::collections::BTreeMap;
 
 /// Most places of the lattice that is thinned.
-const MOST: f64 = 2e8;
+const MOST_LATTICE_PLACES: f64 = 2e8;
 
 /// Triangles of a bounded region that follow `size`.
 ///
@@ -37,7 +37,7 @@ pub fn bounded(region: &Region, size: &SizeField) -> Result<(), String> {
     const SAMPLES: usize = 256;
     let (bounds, finest) = (region.bounds(), size.finest());
     let extent = [0, 1].map(|i| bounds.upper[i] - bounds.lower[i]);
-    if extent[0] / finest * (extent[1] / finest) > MOST {
+    if extent[0] / finest * (extent[1] / finest) > MOST_LATTICE_PLACES {
         return Err(format!("a size of {finest} m is too small for this domain"));
     }
     // An equilateral triangle has the area √3/4 h².

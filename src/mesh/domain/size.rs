@@ -47,7 +47,7 @@ impl SizeField {
 
     /// A bound that no size within a `radius` of `x` lies below [m]: no distance to a region changes by more than the way.
     pub fn least(&self, x: [f64; 3], radius: f64) -> f64 {
-        /// Of the distances.
+        /// Rounding of the distances.
         const ROUNDING: f64 = 1e-9;
         let near = |near: &Refined| near.cell + near.growth * (near.region.signed_distance(x) - radius).max(0.0);
         (1.0 - ROUNDING) * self.refined.iter().map(near).fold(self.coarse, f64::min)

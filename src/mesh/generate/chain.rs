@@ -1,6 +1,6 @@
 //! Membranes in 2D: chains of segments and circles.
 
-use super::{BuildFacets, Facets, MOST, divisions, finite, only, positive};
+use super::{BuildFacets, Facets, MOST_ELEMENTS, divisions, finite, only, positive};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use schemars::JsonSchema;
@@ -93,8 +93,8 @@ pub(super) fn polyline(points: &[[f64; 2]], counts: &[usize], closed: bool) -> R
             return Err(Diagnostic::error(format!("points[{side}]"), "this point and the next coincide"));
         }
         let [count] = divisions("divisions", [counts[side.min(counts.len() - 1)]], 1)?;
-        if line.len() + count > MOST {
-            return Err(Diagnostic::error("divisions", format!("more than {MOST} elements")));
+        if line.len() + count > MOST_ELEMENTS {
+            return Err(Diagnostic::error("divisions", format!("more than {MOST_ELEMENTS} elements")));
         }
         line.extend((0..count).map(|i| a + (b - a) * (i as f64 / count as f64)));
     }

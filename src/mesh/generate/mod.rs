@@ -102,7 +102,7 @@ fn frame(normal: Vector<3>) -> [Vector<3>; 2] {
 }
 
 /// Most elements of one membrane.
-const MOST: usize = 100_000_000;
+const MOST_ELEMENTS: usize = 100_000_000;
 
 /// Memory per element at least.
 const BYTES: f64 = 500.0;
@@ -113,11 +113,11 @@ fn divisions<const N: usize>(key: &str, counts: [usize; N], least: usize) -> Res
     }
     let product = counts.iter().try_fold(1usize, |product, &count| product.checked_mul(count));
     match product {
-        Some(product) if product <= MOST => match memory::refusal(BYTES * product as f64) {
+        Some(product) if product <= MOST_ELEMENTS => match memory::refusal(BYTES * product as f64) {
             Some(refusal) => Err(Diagnostic::error(key, format!("{product} elements take {refusal}"))),
             None => Ok(counts),
         },
-        _ => Err(Diagnostic::error(key, format!("more than {MOST} elements"))),
+        _ => Err(Diagnostic::error(key, format!("more than {MOST_ELEMENTS} elements"))),
     }
 }
 

@@ -7,7 +7,7 @@
 //! ```
 
 use super::frame::Frame;
-use super::{NEAR, QuadraticMesh, divisions};
+use super::{DISTANCE_ON_SIDE, QuadraticMesh, divisions};
 use crate::geometry::Region;
 use crate::mesh::side_names;
 
@@ -120,7 +120,7 @@ impl Cuboid {
         let mut inside = |along: f64| {
             s[axis] = along;
             // Rows on the sides of the box lie on the surface, up to rounding.
-            region.signed_distance(self.place(s)) <= 1e-3 * NEAR * size
+            region.signed_distance(self.place(s)) <= 1e-3 * DISTANCE_ON_SIDE * size
         };
         let at = |i: usize| i as f64 / SAMPLES as f64;
         let held: Vec<usize> = (0..=SAMPLES).filter(|&i| inside(at(i))).collect();

@@ -253,7 +253,7 @@ mod tests {
             let face = &mesh.sets["face"];
             assert!(face.len() == 19 && face.iter().all(|&n| (mesh.nodes[n as usize][0] - 2e-3).abs() < 1e-18));
             let surface = mesh.set("surface").unwrap();
-            let is_outside = |&n: &u32| mesh.nodes[n as usize].iter().any(|&c| c < 1e-12 || c > 2e-3 - 1e-12);
+            let is_outside = |&n: &u32| mesh.nodes[n as usize].iter().any(|c| !(1e-12..=2e-3 - 1e-12).contains(c));
             assert!(surface.iter().all(is_outside), "faces inside don't fit together");
         }
     }

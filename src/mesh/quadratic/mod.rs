@@ -31,7 +31,7 @@ use crate::mesh::side_names;
 use std::collections::BTreeMap;
 
 /// Nodes this near to a side or region, over the extent of the mesh, lie on it.
-const NEAR: f64 = 1e-9;
+const DISTANCE_ON_SIDE: f64 = 1e-9;
 
 /// A mesh of quadrilaterals with 9 nodes or hexahedra with 27.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +108,7 @@ impl QuadraticMesh {
         for axis in 0..self.dimension {
             let names = if self.dimension == 2 { side_names::<2>(axis) } else { side_names::<3>(axis) };
             for (end, name) in names.into_iter().enumerate() {
-                let at_end = |x: &[f64; 3]| (x[axis] - extent[end][axis]).abs() <= NEAR * most;
+                let at_end = |x: &[f64; 3]| (x[axis] - extent[end][axis]).abs() <= DISTANCE_ON_SIDE * most;
                 let nodes = (0u32..).zip(&self.nodes).filter(|(_, x)| at_end(x)).map(|(node, _)| node).collect();
                 self.sets.insert(name.to_owned(), nodes);
             }
@@ -150,7 +150,7 @@ impl QuadraticMesh {
     /// Nodes inside or on the boundary of a region, up to rounding; ascending.
     pub fn nodes_in(&self, region: &Region) -> Vec<u32> {
         let [lower, upper] = self.extent();
-        let near = NEAR * (Vector(upper) - Vector(lower)).norm();
+        let near = DISTANCE_ON_SIDE * (Vector(upper) - Vector(lower)).norm();
         let held = (0u32..).zip(&self.nodes).filter(|(_, x)| region.signed_distance(**x) <= near);
         held.map(|(index, _)| index).collect()
     }

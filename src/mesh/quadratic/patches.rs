@@ -11,7 +11,7 @@ use crate::math::Vector;
 use std::collections::BTreeMap;
 
 /// Triangles of a surface, at most.
-const MOST: usize = 50_000;
+const MOST_TRIANGLES: usize = 50_000;
 
 /// Nodes of a surface without elements, and its patches.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,14 +55,16 @@ impl Nodes {
 }
 
 impl SurfacePatches {
-    /// Of a closed surface.
+    /// Patches of a closed surface.
     ///
     /// # Errors
     /// More triangles than a surface may have.
     pub fn new(surface: &Triangles) -> Result<Self, String> {
         let count = surface.triangles.len();
-        if count > MOST {
-            return Err(format!("the surface has {count} triangles, and {MOST} at most can be used: coarsen it"));
+        if count > MOST_TRIANGLES {
+            return Err(format!(
+                "the surface has {count} triangles, and {MOST_TRIANGLES} at most can be used: coarsen it"
+            ));
         }
         let places = surface.vertices.iter().map(|&x| Vector(x)).collect();
         let (mut nodes, mut patches) = (Nodes { places, between: BTreeMap::new() }, Vec::new());

@@ -159,7 +159,7 @@ fn of_simplex(dimension: usize) -> Pieces {
 fn places(cell: &Cell<27>, piece: &[[u16; 8]]) -> Vec<Place> {
     let dimension = piece.len().trailing_zeros() as usize;
     let count = corners(cell.kind);
-    let part = WHOLE / OF_VERTEX >> dimension;
+    let part = (WHOLE / OF_VERTEX) >> dimension;
     let node = |a: usize| {
         let along = |k: usize| (a / 3usize.pow(k as u32) % 3) as u16;
         let share =

@@ -5,7 +5,7 @@ use super::measure::ElementSide;
 use crate::math::Vector;
 
 /// Sides from which the thickness is measured, at most.
-const MOST: usize = 400;
+const MOST_SIDES: usize = 400;
 
 /// Two sides face each other if the cosine between their normals is below minus this.
 const FACING: f64 = 0.7;
@@ -13,7 +13,7 @@ const FACING: f64 = 0.7;
 /// Rounding of places in a triangle.
 const ROUNDING: f64 = 1e-9;
 
-/// How thick a solid is at a place.
+/// Thickness of a solid at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thickness {
     /// Elements across.
@@ -31,7 +31,7 @@ struct FacePiece {
 }
 
 impl QuadraticMesh {
-    /// The thinnest place; of a solid without sides that face each other, as that of a triangle may be, its least extent.
+    /// Thickness of the solid where it is thinnest; of a solid without sides that face each other, as that of a triangle may be, its least extent.
     pub fn thinnest(&self) -> Thickness {
         self.thicknesses()
             .into_iter()
@@ -39,11 +39,11 @@ impl QuadraticMesh {
             .unwrap_or_else(|| self.least_extent())
     }
 
-    /// How thick it is behind its sides, 400 of them at most, spread evenly; none where no sides face each other.
+    /// Thicknesses of the solid behind its sides, 400 of them at most, spread evenly; none where no sides face each other.
     pub fn thicknesses(&self) -> Vec<Thickness> {
         let sides = self.surface();
         let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
-        let stride = sides.len().div_ceil(MOST).max(1);
+        let stride = sides.len().div_ceil(MOST_SIDES).max(1);
         sides.iter().step_by(stride).filter_map(|&side| self.across(side, &pieces)).collect()
     }
 
@@ -55,7 +55,7 @@ impl QuadraticMesh {
         Thickness { elements, length, middle: ((lower + upper) * 0.5).0 }
     }
 
-    /// From the middle of a side to what faces it behind.
+    /// Thickness from the middle of a side to the surface that faces it behind.
     fn across(&self, side: ElementSide, pieces: &[FacePiece]) -> Option<Thickness> {
         let at = |end: f64| {
             let xi = std::array::from_fn(|k| if k == side.axis { end } else { 0.0 });

@@ -12,11 +12,11 @@ const STEPS: usize = 200;
 /// Location of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Location<const N: usize> {
-    /// In an element.
+    /// A point in an element.
     Inside {
         /// The element.
         element: usize,
-        /// Its shape functions at the point.
+        /// Shape functions at the point.
         shape: [f64; N],
     },
     /// Outside of the mesh; the walk left it through this facet.

@@ -44,7 +44,7 @@ pub struct Simplex<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Simplex<D, N> {
-    /// From the positions of its nodes [m]; `None` if it has no volume. The volume of an inverted one is negative.
+    /// The simplex with nodes at these positions [m]; `None` if it has no volume. The volume of an inverted one is negative.
     pub fn new(x: [Vector<D>; N]) -> Option<Self> {
         const { assert!(N == D + 1, "a simplex in D dimensions has D + 1 nodes") };
         let edges = Tensor::<D>::from_fn(|i, j| x[j + 1][i] - x[0][i]).embed(1.0);
@@ -66,7 +66,7 @@ impl<const D: usize, const N: usize> Simplex<D, N> {
 }
 
 impl<const D: usize, const N: usize> Mesh<D, N> {
-    /// From node positions [m] and the nodes of each element: counter-clockwise in 2D; in 3D the first three
+    /// The mesh of node positions [m] and the nodes of each element: counter-clockwise in 2D; in 3D the first three
     /// counter-clockwise seen from the side away from the fourth.
     ///
     /// # Errors

@@ -43,7 +43,7 @@ struct AxisNodes<const S: usize> {
 }
 
 impl<const D: usize> FoldedStencil<D> {
-    /// For the shape functions of the bodies and the domain's walls.
+    /// The stencil for the shape functions of the bodies and the domain's walls.
     pub fn new(kernel: Kernel, walls: &[[Wall; 2]; D]) -> Self {
         let kind = |a: usize, end: usize| walls[a][end].kind;
         let fold = |a: usize, end: usize| walls[a][end].kind.fold(&walls[a][end].velocity[a]);
@@ -55,13 +55,13 @@ impl<const D: usize> FoldedStencil<D> {
         }
     }
 
-    /// The same, leaving out the bodies' nodes up to the mass `cutoff` [kg].
+    /// This stencil without the bodies' nodes up to the mass `cutoff` [kg].
     #[must_use]
     pub fn without_nodes_below(self, cutoff: f64) -> Self {
         Self { cutoff, ..self }
     }
 
-    /// The same for the nodes of a field.
+    /// This stencil for the nodes of a field.
     #[must_use]
     pub fn of_field(self, grid: &Grid<D>, field: usize) -> Self {
         Self { folds: *grid.folds_in(field), ..self }

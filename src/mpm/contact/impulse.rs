@@ -33,7 +33,7 @@ pub struct Touch<const D: usize> {
 /// The impulse that a body receives; the middle partner receives the opposite.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Impulse<const D: usize> {
-    /// Along the normal [N s].
+    /// Impulse along the normal [N s].
     pub normal: Vector<D>,
     /// Friction [N s].
     pub tangent: Vector<D>,
@@ -83,6 +83,7 @@ pub fn solve<const D: usize>(
     impulses.clear();
     impulses.extend(touches.iter().map(|touch| {
         let approach = touch.side * (common - touch.velocity.dot(normal));
+        // Of one body the normal part of Lian (55), with the right sign: theory (D.11), (D.12).
         Impulse { normal: normal * (touch.side * touch.mass * approach.max(0.0)), tangent: Vector::ZERO }
     }));
     let rough = touches.iter().any(|t| t.friction != Friction::Slip(0.0));

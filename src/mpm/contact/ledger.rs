@@ -55,7 +55,7 @@ impl Record for PairDissipation {
 }
 
 impl<const D: usize> ContactLedger<D> {
-    /// For pairs with these names, of so many sheets.
+    /// A ledger for pairs with these names, of so many sheets.
     pub fn new(pairs: Vec<[Vec<String>; 2]>, sheets: usize) -> Self {
         let mut numbers: BTreeMap<[Vec<String>; 2], usize> = BTreeMap::new();
         let (mut forces, mut force_of) = (Vec::new(), Vec::new());
@@ -123,7 +123,7 @@ pub(super) struct ContactCounts {
 }
 
 impl ContactCounts {
-    /// For so many sheets.
+    /// Totals of so many sheets.
     pub fn new(sheets: usize) -> Self {
         Self { crossed: vec![0; sheets], ..Self::default() }
     }

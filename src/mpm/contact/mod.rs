@@ -17,7 +17,7 @@
 //!                in passes, as the nodes take up less than the grid gives (theory D.7)
 //! conclude       gaps and losses of the sub-step
 //! finish_step    finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53)
-//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `ledger`)
+//! account        (after the walls) add_totals: forces of the step, and what contact dissipated (theory D.16; `ledger`)
 //! restore        (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
 //!
@@ -187,8 +187,8 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Undoes a part of the overlaps of a sheet with walls and obstacles, after its nodes have moved to `position` [m].
-    pub fn part(&self, sheet: usize, position: &mut [Vector<D>], at: &SubStep<'_>) {
-        self.sheets[sheet].part(position, at);
+    pub fn undo_overlaps(&self, sheet: usize, position: &mut [Vector<D>], at: &SubStep<'_>) {
+        self.sheets[sheet].undo_overlaps(position, at);
     }
 
     /// A point of a sheet that is squeezed between walls, obstacles and supports `elapsed` [s] after the start of the step.
@@ -233,7 +233,13 @@ impl<const D: usize> Contacts<D> {
 
     /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets on the side of most
     /// of these particles [m].
-    pub fn limit_rooms(&mut self, grid: &Grid<D>, bodies: &[Body<D>], field: usize, mut visit: impl FnMut(usize, f64)) {
+    pub fn limit_free_volumes(
+        &mut self,
+        grid: &Grid<D>,
+        bodies: &[Body<D>],
+        field: usize,
+        mut visit: impl FnMut(usize, f64),
+    ) {
         for (number, sheet) in self.sheets.iter_mut().enumerate() {
             let own =
                 |near: &&GuardedParticle<D>| near.sheet as usize == number && bodies[near.body as usize].field == field;
@@ -252,7 +258,7 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Sets the positions of the sheets' nodes [m] for [`Self::way_to`].
+    /// Sets the positions of the sheets' nodes [m] for [`Self::vector_to_sheet`].
     pub fn find_membranes(&mut self, positions: &[&[Vector<D>]], cell: f64) {
         for (sheet, position) in self.sheets.iter_mut().zip(positions) {
             sheet.refresh(position, cell);
@@ -261,7 +267,7 @@ impl<const D: usize> Contacts<D> {
 
     /// The vector from `x` to the closest point of a sheet within a cell, at the positions of [`Self::find_membranes`] [m]; `None` if the
     /// sheet has no contact with the field.
-    pub fn way_to(&self, sheet: usize, field: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
+    pub fn vector_to_sheet(&self, sheet: usize, field: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
         let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
         let foot = sheet.foot(x, cell)?;
         Some(foot.normal * -foot.distance)

@@ -87,7 +87,7 @@ impl<const D: usize> Partners<D> {
         self.list[partner as usize].inverse_mass
     }
 
-    /// Their number.
+    /// Number of partners.
     pub fn len(&self) -> usize {
         self.list.len()
     }

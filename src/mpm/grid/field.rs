@@ -26,7 +26,7 @@ pub struct VelocityField<const D: usize> {
     pub heat: Vec<[f64; 1]>,
     /// Sums over the particles around each node, Σ V N and Σ V q N.
     pub sums: Vec<[f64; 2]>,
-    /// Their quotients, ghosts filled.
+    /// Quotients of the sums, ghosts filled.
     pub means: Vec<[f64; 1]>,
 }
 
@@ -101,7 +101,7 @@ pub enum Fold {
 /// The shares θ by which the ghosts of one velocity field extrapolate (`ghost::limit`); the default: all of them one.
 #[derive(Debug, Clone, Default)]
 pub struct GhostShares {
-    /// By axis, in the order of its ghosts; nothing where the grid goes on.
+    /// Shares by axis, in the order of its ghosts; nothing where the grid goes on.
     pub(super) shares: Vec<Vec<Option<f64>>>,
 }
 

@@ -31,7 +31,7 @@ const FORCE_CUTOFF_AFFINE: f64 = 1.0 / 16.0;
 const ROUNDING: f64 = 1e-15;
 
 impl MassCutoffs {
-    /// For the lightest particle of a field [kg].
+    /// The cutoffs for the lightest particle of a field [kg].
     pub fn new(kernel: Kernel, transfer: &Transfer, particle: f64) -> Self {
         let rounding = ROUNDING * particle;
         let force = if *transfer == Transfer::Apic { FORCE_CUTOFF_AFFINE } else { FORCE_CUTOFF };

@@ -15,7 +15,7 @@ pub(crate) struct Stencil<const D: usize, const S: usize> {
     local: [[u32; S]; D],
     /// The node's block of the two along each axis, as a bit of the corner.
     side: [[u8; S]; D],
-    /// From the point to the first node [m], and the cell size [m].
+    /// Vector from the point to the first node, and the cell size [m].
     offset: Vector<D>,
     cell: f64,
 }

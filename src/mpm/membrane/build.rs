@@ -292,7 +292,7 @@ fn natural_metric(reference: &ReferenceBlock) -> Metric {
 /// Stretches of the sheet at the start from its stress-free state.
 #[derive(Clone, Copy)]
 struct Natural {
-    /// Along the material axes and through the thickness.
+    /// Stretches along the material axes and through the thickness.
     stretch: [f64; 3],
 }
 

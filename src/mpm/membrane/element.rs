@@ -119,7 +119,7 @@ struct Stressed {
 
 /// Resultants of the stress on the patterns of g₁, g₂ and h [N], and [`Stressed`] summed over the quadrature points.
 struct Resisted {
-    /// On the patterns of g₁, g₂ and h [N].
+    /// Forces on the patterns of g₁, g₂ and h [N].
     on: [LaneVector; 3],
     /// The sums; of the frequencies the greatest.
     all: Stressed,
@@ -172,7 +172,7 @@ pub struct MovingTangents {
 }
 
 impl MovingTangents {
-    /// Of elements with nodes at `x` [m] moving with `v` [m/s].
+    /// The state of elements with nodes at `x` [m] moving with `v` [m/s].
     #[inline(always)]
     pub fn of_nodes<S: ElementShape<N>, const N: usize>(x: [LaneVector; N], v: [LaneVector; N]) -> Self {
         Self { now: S::modes(x, 1.0), rate: S::modes(v, 0.0) }
@@ -340,7 +340,7 @@ fn total_form(
     }
 }
 
-/// Bound of the element's greatest frequency (48; theory (C.33)): ω² = c² n μ, where
+/// Bound of the element's greatest frequency (Lian (48); theory (C.33)): ω² = c² n μ, where
 /// μ = ½ t + √(¼ t² − (1 − ν²) d) is the greatest eigenvalue of the strain modes, with the trace t and the
 /// determinant d of Σ_K ∇N_K ⊗ ∇N_K. For a square of side s it gives Δt = 2/ω = s / (c √(1 + ν)).
 #[inline(always)]

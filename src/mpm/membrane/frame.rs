@@ -36,7 +36,7 @@ impl BisectingFrame {
         [self.cc * e11 + self.ss * e22 - cross, self.ss * e11 + self.cc * e22 - cross, e12 - self.cs * (e11 + e22)]
     }
 
-    /// From the frame to contravariant components.
+    /// Contravariant components of a stress in the frame.
     #[inline(always)]
     pub fn contravariant(&self, [s11, s22, s12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
         let cross = self.cs * s12 * 2.0;

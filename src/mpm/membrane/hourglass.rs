@@ -32,7 +32,7 @@ pub struct Hourglass {
 pub struct HourglassInput<'a> {
     /// Tangents and hourglass mode of the positions.
     pub now: &'a Modes,
-    /// The same of the velocities.
+    /// Modes of the velocities.
     pub rate: &'a Modes,
     /// Metric of the tangents.
     pub metric: &'a Metric,
@@ -48,11 +48,11 @@ pub struct HourglassInput<'a> {
 
 /// Resultants of the hourglass force on the patterns of g₁, g₂ and h, and the work done since the last step.
 pub struct HourglassForce {
-    /// On the pattern of g₁ [N].
+    /// Force on the pattern of g₁ [N].
     pub p: LaneVector,
-    /// On the pattern of g₂ [N].
+    /// Force on the pattern of g₂ [N].
     pub r: LaneVector,
-    /// On the hourglass pattern [N].
+    /// Force on the hourglass pattern [N].
     pub h: LaneVector,
     /// Work taken up: elastic energy stored and viscous energy lost [J].
     pub work: ElementLanes,

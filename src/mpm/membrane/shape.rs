@@ -68,7 +68,7 @@ pub struct Metric {
 }
 
 impl Metric {
-    /// Of two tangents.
+    /// The metric of two tangents.
     #[inline(always)]
     pub fn new(g1: LaneVector, g2: LaneVector) -> Self {
         let (a, b, c) = (g1.dot(g1), g2.dot(g2), g1.dot(g2));

@@ -17,13 +17,13 @@ pub struct Body<const D: usize> {
     pub name: String,
     /// The part of the body that this is.
     pub part: Part,
-    /// Its law.
+    /// Law of the particles.
     pub law: Arc<dyn PointLaw>,
     /// The grid velocity field that it moves in; bodies in different fields meet by contact.
     pub field: usize,
-    /// Its shape functions (the size of GIMP particles differs from body to body).
+    /// Shape functions of the particles (the size of GIMP particles differs from body to body).
     pub kernel: Kernel,
-    /// Its particles.
+    /// Columns of the particles.
     pub particles: Particles<D>,
     /// Points on the surface of a body that keeps its shape, carried along by particles (by identity); empty where
     /// there are none: then every particle may come to the surface, and reaches half its size.
@@ -48,7 +48,7 @@ pub struct Body<const D: usize> {
 /// A part of a body that lies on both sides of closed membranes; of other bodies, all of it (theory D.13).
 #[derive(Debug, Clone, Default)]
 pub struct Part {
-    /// Its number among the parts of the body, which follow one another, from 0.
+    /// Number of this part among those of the body, which follow one another, from 0.
     pub number: usize,
     /// Number of particles of the parts before it: in outputs, identities go on from there.
     pub before: u32,

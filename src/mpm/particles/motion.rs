@@ -17,7 +17,7 @@
 //! ```
 //!
 //! Where κ < 0 the wave grows, by (1 − A) |κ| (ω Δt)²/2 a step: stripes of stress a cell wide in a body at rest. With w = ṽ there
-//! is no z. `last` strains and moves by v⁺, and damps; `first` strains by v⁻, and suffers.
+//! is no z. `last` strains and moves by v⁺, and damps such waves; `first` strains by v⁻, and they grow in it.
 //!
 //! FLIP loses no angular momentum by it, Σ m_p (Σ N_Ip ṽ_I) × v_p = Σ m_I ṽ_I × ṽ_I = 0; APIC, which keeps it if particles move with
 //! their own velocity v⁺, would, and moves so. It damps such waves; bodies that are strained by more than a tenth and rest for long
@@ -90,7 +90,7 @@ pub(in crate::mpm) struct Landing<const D: usize> {
 }
 
 impl<const D: usize> Landing<D> {
-    /// For a step of `dt` [s] in a grid between walls, of which some hold positions, by axis and end.
+    /// Motion in a step of `dt` [s] in a grid between walls, of which some hold positions, by axis and end.
     pub fn new(grid: &Grid<D>, walls: impl Fn(usize, usize) -> bool, dt: f64) -> Self {
         let held = |end| Vector::from_fn(|a| if walls(a, end) { HELD * grid.cell } else { 0.0 });
         Self { dt, domain: [grid.origin, grid.upper()], held: [held(0), held(1)] }
@@ -225,7 +225,7 @@ pub(in crate::mpm) struct Transport {
 }
 
 impl Transport {
-    /// For a kernel and cell size [m].
+    /// The transport of a step with a PIC share, for a kernel and cell size [m].
     pub fn new(dt: f64, share: f64, kernel: Kernel, cell: f64) -> Self {
         Self { dt, share, per_inertia: kernel.inertia().map(|inertia| 1.0 / (inertia * cell * cell)) }
     }
@@ -257,7 +257,7 @@ impl Transport {
 /// New affine matrices of a chunk.
 struct CarryAffine<'a, const D: usize> {
     affine: &'a mut [Tensor<D>],
-    /// By axis and component.
+    /// Components of the moment, by axis and component.
     from: &'a [[ChunkColumn; D]; D],
     scale: f64,
 }

@@ -264,7 +264,7 @@ mod tests {
         [[lower, lower], [upper, lower], [upper, upper], [lower, upper]].map(Vector).to_vec()
     }
 
-    /// Where normals point inwards, inside is the + side; where they are mixed, only places tell.
+    /// The inside is the + side where normals point inwards; where they are mixed, only places tell.
     #[test]
     fn sides_follow_the_normals_and_regions_do_not() {
         let places = [Vector([0.5, 0.5]), Vector([1.5, 0.5]), Vector([0.9, 0.1])];
@@ -294,7 +294,7 @@ mod tests {
 
     /// A loop within another one: three regions, with sides of their own of both; through one that is not met the body passes.
     #[test]
-    fn every_combination_of_insides_is_a_region() {
+    fn nested_loops_divide_a_body_into_regions() {
         let sheets = [(ring(0, 4), square(0.0, 3.0)), (ring(0, 4), square(1.0, 2.0))];
         let places = [0.5, 1.5, 4.0].map(Vector::splat);
         let shares = |meets: [bool; 2]| -> Vec<(Vec<u32>, Vec<f64>)> {
@@ -308,7 +308,7 @@ mod tests {
 
     /// Two loops of one membrane: its sides differ for what is inside of one, and for a solid that reaches through.
     #[test]
-    fn a_side_that_is_not_one_is_left_to_places() {
+    fn a_body_on_both_sides_of_a_membrane_has_no_side() {
         let mut elements = ring(0, 4);
         elements.extend(ring(4, 4));
         let both: Vec<_> = [square(0.0, 1.0), square(2.0, 3.0)].concat();

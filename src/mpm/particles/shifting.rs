@@ -22,10 +22,10 @@
 //! Particles of a liquid that has parted (p at its limit) are left as they are, but for the void between them, which
 //! closes as it fills.
 //!
-//! The room ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed
+//! The free volume ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed
 //! takes up less space, as it should, and its volumes follow its energy (`volumes`).
 
-mod rooms;
+mod free_volume;
 
 use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contacts;
@@ -39,14 +39,14 @@ use crate::mpm::transfer::{
 use crate::mpm::wall::{Bodies, Walls};
 use crate::mpm::{Body, Grid, Node, Step, VelocityField};
 use crate::parallel::{self, CHUNK};
-use rooms::{room, rooms, share_beside};
+use free_volume::{at_walls, of_node, share_beside};
 
 /// Steps between two corrections.
 const EVERY: u64 = 10;
 
 /// α, and the most of α ‖ε̇‖ Δt that is stable.
 const PACE: f64 = 1.0;
-const MOST: f64 = 0.1;
+const LARGEST_SHIFT_FACTOR: f64 = 0.1;
 
 /// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within
 /// some thousand steps an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where
@@ -58,15 +58,15 @@ const MOST_TAKEN: f64 = 1e-3;
 /// No nearer to a wall or an obstacle than this is a particle shifted [particle sizes].
 const MARGIN: f64 = 0.25;
 
-/// Nodes with less room than this, as a share of that of a free node, say nothing about an excess.
-const LEAST_ROOM: f64 = 0.3;
+/// Nodes with less free volume than this, as a share of that of a free node, say nothing about an excess.
+const LEAST_FREE_VOLUME: f64 = 0.3;
 
 /// The grid, and what surrounds the bodies on it.
 #[derive(Clone, Copy)]
 pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
-    /// Its ghosts.
+    /// Ghosts of the grid.
     pub ghosts: &'a Ghosts<D>,
     /// Walls and obstacles.
     pub walls: &'a Walls<D>,
@@ -114,15 +114,16 @@ fn find_excess<const D: usize>(
     }
     ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
-    let rooms = free_rooms(around, field, kernel, &reached, bodies, contact);
+    let free = free_volumes(around, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
     for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
-        let filled = |node: usize| if rooms[node] > LEAST_ROOM { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
+        let filled =
+            |node: usize| if free[node] > LEAST_FREE_VOLUME { sums[node][0] / (volume * free[node]) } else { 0.0 };
         close_voids(grid, contact.stencil(), body, filled);
     }
-    let known = |node: usize| reached(node) && rooms[node] > LEAST_ROOM;
-    let filling = |node: usize| if known(node) { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
-    let own: Vec<f64> = parallel::collect(rooms.len(), CHUNK, filling);
+    let known = |node: usize| reached(node) && free[node] > LEAST_FREE_VOLUME;
+    let filling = |node: usize| if known(node) { sums[node][0] / (volume * free[node]) } else { 0.0 };
+    let own: Vec<f64> = parallel::collect(free.len(), CHUNK, filling);
     // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
     let around = |node: usize| {
         let around = grid.neighbours(node).filter(|&other| known(other)).map(|other| (own[other] - 1.0).max(0.0));
@@ -134,14 +135,14 @@ fn find_excess<const D: usize>(
         true => [around(node)],
         false => [0.0],
     };
-    let mut excess: Vec<[f64; 1]> = parallel::collect(rooms.len(), CHUNK, excess);
+    let mut excess: Vec<[f64; 1]> = parallel::collect(free.len(), CHUNK, excess);
     ghosts.fill(&GhostShares::default(), &mut excess);
     excess
 }
 
-/// The room around each node that particles of a field reach, which walls, obstacles and sheets leave, over the volume
+/// The free volume around each node that particles of a field reach, which walls, obstacles and sheets leave, over the volume
 /// of a cell.
-fn free_rooms<const D: usize>(
+fn free_volumes<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,
     field: usize,
     kernel: Kernel,
@@ -149,19 +150,19 @@ fn free_rooms<const D: usize>(
     bodies: &[Body<D>],
     contact: &mut Contacts<D>,
 ) -> Vec<f64> {
-    let rows = rooms(grid, kernel);
+    let rows = at_walls(grid, kernel);
     let free = |node| {
         if !reached(node) {
             return 0.0;
         }
         let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
-        room(grid, &rows, node).min(share_beside(beside))
+        of_node(grid, &rows, node).min(share_beside(beside))
     };
-    let mut rooms: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
-    contact.limit_rooms(grid, bodies, field, |node, distance| {
-        rooms[node] = rooms[node].min(share_beside(distance / grid.cell));
+    let mut free: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
+    contact.limit_free_volumes(grid, bodies, field, |node, distance| {
+        free[node] = free[node].min(share_beside(distance / grid.cell));
     });
-    rooms
+    free
 }
 
 /// Sets the shifts of the liquids in a field [m], and takes from their volumes; returns the work of that [J].
@@ -191,7 +192,7 @@ fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vect
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         for p in 0..chunk.particles.len() {
             let rate = rate_of_strain(&chunk.rows.gradient(p));
-            chunk.particles.shift[p][0] = (PACE * rate * dt).min(MOST);
+            chunk.particles.shift[p][0] = (PACE * rate * dt).min(LARGEST_SHIFT_FACTOR);
         }
     });
 }
@@ -224,7 +225,7 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
     })
 }
 
-/// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on
+/// Moves the particles of liquids to where there is free volume, undoes overlaps with sheets, and keeps all particles on
 /// their sides of the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after
 /// particles and sheets have moved.
 pub(in crate::mpm) fn displace<const D: usize>(
@@ -249,7 +250,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
         parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
             x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
         });
-        body.bins.disorder.drift += largest(shifts.iter()) / grid.cell;
+        body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n]) / grid.cell;
         body.work.shift = shifts;
     }
     coupling.find_membranes(walls, grid.cell);
@@ -259,7 +260,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
     for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
         let lattice = coupling.contact.stencil();
         work += shifts.iter().map(|s| work_over(grid, body, lattice, s.particle as usize, s.by)).sum::<f64>();
-        body.bins.disorder.drift += largest(shifts.iter().map(|shift| &shift.by)) / grid.cell;
+        body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n].by) / grid.cell;
     }
     work
 }
@@ -289,7 +290,7 @@ fn keep_out<const D: usize>(
 
 /// Closes the voids of particles that have parted and are back among others.
 ///
-/// The volume of particles and voids beyond the room that there is, is taken from the voids. Strain alone doesn't close
+/// The volume of particles and voids beyond the free volume is taken from the voids. Strain alone doesn't close
 /// them where pressure holds the neighbours: a drop that fell back into a pool was a hole in it, for good.
 fn close_voids<const D: usize>(
     grid: &Grid<D>,
@@ -312,8 +313,8 @@ fn close_voids<const D: usize>(
             own += weight * weight * particles.volume[p] / volume;
         });
         // The particle itself is among what fills the nodes.
-        let room = (1.0 - others).max(0.0) / own;
-        particles.history[p * stride + column] = void.min(room);
+        let left = (1.0 - others).max(0.0) / own;
+        particles.history[p * stride + column] = void.min(left);
     }
 }
 
@@ -321,9 +322,9 @@ fn is_liquid<const D: usize>(body: &Body<D>) -> bool {
     !body.law.keeps_shape() && !body.law.is_ideal_gas() && !body.particles.is_empty()
 }
 
-/// The length of the longest [m].
-fn largest<'a, const D: usize>(shifts: impl Iterator<Item = &'a Vector<D>>) -> f64 {
-    shifts.map(|by| by.norm_squared()).fold(0.0, f64::max).sqrt()
+/// Length of the longest of so many shifts [m].
+fn largest<const D: usize>(count: usize, shift: impl Fn(usize) -> Vector<D> + Sync + Send) -> f64 {
+    parallel::max(count, |n| shift(n).norm_squared()).sqrt()
 }
 
 /// Work that stresses, gravity and tractions would have done over the displacement `by` [m] of a particle, m_p Σ N_I

@@ -16,7 +16,7 @@ use crate::math::{Signal, Vector};
 pub struct Traction {
     /// The particle's identity.
     pub particle: u32,
-    /// Its load.
+    /// Load of the particle.
     pub load: Load,
 }
 

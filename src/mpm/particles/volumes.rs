@@ -9,13 +9,13 @@
 //! wrong by: paths wander through what the grid can't see, and in a bag at rest the sum of the volumes doubles in
 //! thousands of steps. Nothing else shows that. Of an ideal gas V p = (γ − 1) e, so that forces, work and the speed
 //! of sound γ (γ − 1) e/m are the same for every share of V between particles; but pressures and densities are read
-//! from it, and how near a particle comes to a surface. The energy per volume of the grid is known, and volumes are led
+//! from it, and how near a particle comes to a surface. The energy per volume of the grid is known, and volumes are relaxed
 //! to it, slowly, so that waves stay as sharp as they are.
 //!
-//! Where an atmosphere p_a is around the gas (`ambient`), volume pushes and has a price. The difference p − p_a drives
-//! particles apart that the grid holds together: volumes are led as fast as it lets them drift, and at p_a, where p_I
-//! has nothing but the noise of its sum, not at all. And p_a dV has gone to the atmosphere for what was no volume
-//! of the gas: it comes back, e + p_a V stays.
+//! Within an atmosphere p_a (`ambient`) forces and energy depend on the shares of volume, too: the force of a particle is (p − p_a) V,
+//! and the atmosphere has taken the work p_a V. So volumes are relaxed in proportion to |1 − p_a/p|, the pace at which p − p_a lets
+//! particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise of its sum alone. The work p_a dV on what was
+//! no volume of the gas comes back to the particle: e + p_a V stays.
 //!
 //! ```text
 //! r = (p_p/p)^(β min(|1 − p_a/p|, 1)/(1 + w)) ≤ 1 + ½/w,      p = Σ_I N_Ip p_I,   w = p_a V_p/e_p
@@ -67,7 +67,7 @@ pub(in crate::mpm) fn correct<const D: usize>(
         ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
         let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
         let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
-        lead(grid, contact.stencil(), &pressure, body);
+        relax_volumes(grid, contact.stencil(), &pressure, body);
     }
 }
 
@@ -119,8 +119,8 @@ fn grid_pressure<const D: usize>(
     pressure
 }
 
-/// Leads the volumes of a body's particles to the pressures at the nodes.
-fn lead<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pressure: &[f64], body: &mut Body<D>) {
+/// Relaxes the volumes of a body's particles towards those at which they have the pressures at the nodes.
+fn relax_volumes<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pressure: &[f64], body: &mut Body<D>) {
     let (particles, ambient) = (&mut body.particles, body.ambient);
     let there = |x: Vector<D>| {
         let (mut sum, mut weights) = (0.0, 0.0);
@@ -135,18 +135,18 @@ fn lead<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pressure: &[
     let wanted: Vec<f64> = parallel::collect(particles.len(), TASK, |p| there(particles.position[p]));
     for (p, wanted) in wanted.into_iter().enumerate() {
         if wanted > 0.0 && particles.pressure[p] > 0.0 {
-            lead_particle(particles, p, wanted, ambient);
+            relax_volume(particles, p, wanted, ambient);
         }
     }
 }
 
-/// Leads the volume of particle `p` to where its pressure is `wanted` [Pa], within the atmosphere `ambient` [Pa].
-fn lead_particle<const D: usize>(particles: &mut Particles<D>, p: usize, wanted: f64, ambient: f64) {
+/// Relaxes the volume of particle `p` towards that at which its pressure is `wanted` [Pa], within the atmosphere `ambient` [Pa].
+fn relax_volume<const D: usize>(particles: &mut Particles<D>, p: usize, wanted: f64, ambient: f64) {
     let (own, volume, energy) = (particles.pressure[p], particles.volume[p], particles.energy[p]);
     // The energy p_a V of the atmosphere's part of the volume, over the internal energy.
     let worth = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
     let share = SHARE * (1.0 - ambient / wanted).abs().min(1.0);
-    // The energy changes the pressure, too; no more than half of it pays for room.
+    // The energy changes the pressure, too; no more than half of it pays for volume.
     let ratio = (own / wanted).powf(share / (1.0 + worth)).min(1.0 + 0.5 / worth);
     let left = 1.0 - (ratio - 1.0) * worth;
     let pressure = own * left / ratio;
@@ -160,7 +160,7 @@ fn lead_particle<const D: usize>(particles: &mut Particles<D>, p: usize, wanted:
 
 #[cfg(test)]
 mod tests {
-    use super::{SHARE, lead_particle};
+    use super::{SHARE, relax_volume};
     use crate::mpm::Particles;
 
     /// A particle of an ideal gas (γ = 1.4) of volume 2 at this pressure.
@@ -174,7 +174,7 @@ mod tests {
     fn volumes_follow_the_pressure_at_constant_energy() {
         let mut gas = particle(1.5);
         let energy = gas.energy[0];
-        lead_particle(&mut gas, 0, 1.0, 0.0);
+        relax_volume(&mut gas, 0, 1.0, 0.0);
         assert!(gas.energy[0] == energy && (gas.volume[0] - 2.0 * 1.5f64.powf(SHARE)).abs() < 1e-14);
         assert!((gas.pressure[0] - 1.5f64.powf(1.0 - SHARE)).abs() < 1e-14);
     }
@@ -185,7 +185,7 @@ mod tests {
         for pressure in [0.98, 1.02] {
             let mut gas = particle(pressure);
             let before = gas.energy[0] + 0.5 * gas.volume[0];
-            lead_particle(&mut gas, 0, 1.0, 0.5);
+            relax_volume(&mut gas, 0, 1.0, 0.5);
             assert!((gas.energy[0] + 0.5 * gas.volume[0] - before).abs() < 1e-14);
             assert!((gas.pressure[0] * gas.volume[0] / gas.energy[0] - 0.4).abs() < 1e-14);
             let closer = 1.0 - gas.pressure[0].ln() / pressure.ln();
@@ -197,10 +197,10 @@ mod tests {
     #[test]
     fn nothing_changes_at_the_pressure_of_the_atmosphere_and_thin_gas_keeps_half_its_energy() {
         let mut gas = particle(1.1);
-        lead_particle(&mut gas, 0, 1.0, 1.0);
+        relax_volume(&mut gas, 0, 1.0, 1.0);
         assert!(gas.volume[0] == 2.0 && gas.pressure[0] == 1.1);
         let mut thin = particle(1e-3);
-        lead_particle(&mut thin, 0, 1e-60, 1.0);
+        relax_volume(&mut thin, 0, 1e-60, 1.0);
         assert!((thin.energy[0] / 5e-3 - 0.5).abs() < 1e-12 && thin.pressure[0] > 0.0, "{thin:?}");
     }
 }

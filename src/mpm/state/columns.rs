@@ -39,7 +39,7 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
     show(visit, name, "deformation", &mut particles.deformation);
     show(visit, name, "affine", &mut particles.affine);
     show(visit, name, "history", &mut particles.history);
-    show(visit, name, "signal", &mut particles.wave_speed);
+    show(visit, name, "wave-speed", &mut particles.wave_speed);
     // No step depends on it, but the pressure is shown with it. A model that hasn't taken a step has none.
     visit(&format!("{name}.excess"), Column::growing(&mut body.work.excess));
     visit(&format!("{name}.largest-wave-speed"), Column::scalar(&mut body.largest_wave_speed));

@@ -69,9 +69,9 @@ impl BodyTerms {
 pub(in crate::mpm) struct GridWork {
     /// Δt Σ f_I · v̂_I over all forces.
     pub nodes: f64,
-    /// The same over the forces of stresses, gravity and tractions.
+    /// Δt Σ f_I · v̂_I over the forces of stresses, gravity and tractions.
     pub applied: f64,
-    /// Of gravity and tractions.
+    /// Work of gravity and tractions.
     pub external: f64,
     /// The part of the noise filter's loss that the particles keep as heat.
     pub heat: f64,
@@ -80,11 +80,11 @@ pub(in crate::mpm) struct GridWork {
 /// The work of the forces on nodes during a step [J], and the mass they act on [kg].
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::mpm) struct ForceWork {
-    /// Of all forces.
+    /// Work of all forces.
     pub all: f64,
-    /// Of stresses, gravity and tractions.
+    /// Work of stresses, gravity and tractions.
     pub applied: f64,
-    /// Of gravity.
+    /// Work of gravity.
     pub weight: f64,
     /// The mass [kg].
     pub mass: f64,
@@ -110,7 +110,7 @@ pub(in crate::mpm) struct Energy {
     pub terms: BodyTerms,
     /// Kinetic energy of the bodies [J].
     pub kinetic: f64,
-    /// Their internal energy [J].
+    /// Internal energy of the bodies [J].
     pub internal: f64,
     /// Σ p_a V_p, the energy that gases have pushed their atmosphere away with [J].
     pub displaced: f64,

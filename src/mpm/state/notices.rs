@@ -16,10 +16,10 @@ const EVERY: u64 = 16;
 const BELOW: f64 = 0.01;
 
 /// Part of the work done that errors may reach.
-const LARGE: f64 = 0.2;
+const LARGEST_ERROR: f64 = 0.2;
 
 /// Part of the largest term below which an error is ignored: gas at rest does no work.
-const SMALL: f64 = 1e-6;
+const LEAST_ERROR: f64 = 1e-6;
 
 /// Terms of the ledger at one time [J].
 #[derive(Debug, Clone, Default)]
@@ -60,7 +60,7 @@ impl Record for EnergyScales {
 }
 
 impl Notices {
-    /// For bodies that begin with this internal energy [J].
+    /// Notices of bodies that begin with this internal energy [J].
     pub fn new(internal: f64) -> Self {
         let scales = EnergyScales { internal_start: internal, ..EnergyScales::default() };
         Self { scales, ..Self::default() }
@@ -102,7 +102,7 @@ impl Notices {
                 -100.0 * value / largest
             ));
         }
-        let too_large = |value: f64| value.abs() > LARGE * work && value.abs() > SMALL * largest;
+        let too_large = |value: f64| value.abs() > LARGEST_ERROR * work && value.abs() > LEAST_ERROR * largest;
         for (name, value) in reading.made.iter().filter(|(_, value)| too_large(*value)) {
             self.say(name, format!(
                 "`{name}` has reached {:.0} % of the work done at t = {t:.4} s: stresses store what motion has not given; take \

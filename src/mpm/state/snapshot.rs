@@ -121,7 +121,7 @@ pub fn forces<const D: usize>(mpm: &Mpm<D>, visit: &mut dyn FnMut([f64; 3])) {
     mpm.coupling.membranes.iter().flat_map(Membrane::reactions).for_each(|reaction| visit(on_support(*reaction)));
 }
 
-/// The same with their names.
+/// Forces with their names.
 fn named_forces<const D: usize>(mpm: &Mpm<D>) -> Vec<(String, [f64; 3])> {
     let mut names: Vec<_> = mpm.walls.reactions().map(|(name, _)| name.to_owned()).collect();
     names.extend(mpm.coupling.contact.forces().map(|(name, _)| name.to_owned()));

@@ -52,7 +52,7 @@ pub(in crate::mpm) struct SweepSchedule {
     pub momentum: Vec<Visit>,
     /// σ_p over the interval that led here, Lian (62, 63), and f_I, Lian (17, 18).
     force: Vec<Visit>,
-    /// The same before any time has passed: no volume has changed that could be averaged.
+    /// Visits for the force before any time has passed: no volume has changed that could be averaged.
     force_at_the_start: Vec<Visit>,
     unfiltered: AfterContact,
     filtered: AfterContact,
@@ -99,7 +99,7 @@ impl SweepSchedule {
         self.intervals[0].map(|part| part * dt_before)
     }
 
-    /// The same after the motion, of the interval that follows [s].
+    /// Interval of the strain increment after the motion, that which follows [s].
     pub fn strain_after(&self, dt: f64) -> Option<f64> {
         self.intervals[1].map(|part| part * dt)
     }

@@ -1,5 +1,5 @@
 //! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients with
-//! an averaged volume ratio (`update` has the equations).
+//! an averaged volume ratio (`update` has the equations). The same for one particle at a time: `mpm::transfer::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, Positions, Rows};
@@ -125,7 +125,7 @@ pub(in crate::mpm) fn blend_volume_ratio<const D: usize>(chunk: &mut Chunk<'_, D
     }
 }
 
-/// As [`blend_volume_ratio`], and scales the gradients to fit.
+/// Blends volume ratios, as [`blend_volume_ratio`], and scales the gradients to fit.
 pub(in crate::mpm) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
     let mut change: ChunkColumn = [0.0; CHUNK + WIDTH];
     let columns = chunk.particles.volume_ratio.iter_mut().zip(&chunk.rows.scalar).zip(&mut change);

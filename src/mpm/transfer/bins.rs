@@ -20,7 +20,7 @@ use std::ops::Range;
 pub(crate) struct Bin<const D: usize> {
     /// Block coordinates.
     pub block: [i32; D],
-    /// Its particles.
+    /// Range of the particles of the bin.
     pub range: Range<usize>,
 }
 

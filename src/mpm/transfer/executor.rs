@@ -83,7 +83,7 @@ pub(in crate::mpm) struct Visitor<'a, const D: usize> {
     pub executor: &'a dyn Executor<D>,
     /// The grid, but for the field whose bodies are visited.
     pub grid: &'a Grid<D>,
-    /// Its ghosts.
+    /// Ghosts of the grid.
     pub ghosts: &'a Ghosts<D>,
     /// The numbers of the step.
     pub parameters: OperationParameters<D>,
@@ -162,7 +162,7 @@ impl<const D: usize> Visitor<'_, D> {
 
 /// The arrays of a field, all but one to be read.
 struct Lent<'a, const D: usize> {
-    /// Of finished nodes.
+    /// Motion of finished nodes.
     motion: &'a [NodeMotion<D>],
     velocity: &'a [Vector<D>],
     heat: &'a [[f64; 1]],

@@ -1,4 +1,5 @@
 //! Grid to particles: velocity, acceleration, Lian (65, 19), velocity gradient, Lian (62, 63), affine moment (APIC).
+//! The same sums one particle at a time: [`super::plain`].
 
 use super::bins::Bin;
 use super::frame::TileFrame;
@@ -16,7 +17,7 @@ const FEW: usize = 16;
 
 /// A few consecutive particles, and the sums over the nodes around them.
 pub(crate) struct Chunk<'a, const D: usize> {
-    /// Their columns.
+    /// Columns of the particles of the chunk.
     pub particles: View<'a, D>,
     /// The sums that were gathered.
     pub rows: &'a mut Rows<D>,

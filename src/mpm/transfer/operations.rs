@@ -1,4 +1,4 @@
-//! The operations of a visit, a chunk of particles at a time.
+//! The operations of a visit, a chunk of particles at a time; `perform` of [`super::plain`] has the same for one particle.
 
 use super::gather::{Chunk, GatherFields};
 use super::visit::{MoveBy, Operation, Positions};
@@ -31,7 +31,7 @@ pub(in crate::mpm) struct OperationParameters<const D: usize> {
 /// The operations of a visit on the particles of a body.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::mpm) struct Operations<'a, const D: usize> {
-    /// In their order.
+    /// The operations, in their order.
     pub list: &'a [Operation],
     /// The motion of the particles from that of the nodes.
     pub transport: Transport,

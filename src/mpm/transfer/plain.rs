@@ -93,7 +93,7 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     }
 }
 
-/// Their momentum alone.
+/// Momentum of the particles alone.
 fn scatter_momentum<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
@@ -238,6 +238,7 @@ fn perform<const D: usize>(
     for operation in operations.list {
         match operation {
             Operation::MidstepVelocity => particle.mean[0] = sums.velocity,
+            // ẋ_p, Lian (19).
             Operation::Rate => particle.rate.iter_mut().for_each(|rate| *rate = sums.velocity),
             Operation::Velocity => move_with(operations, &sums, particle),
             Operation::TakeVelocity => particle.velocity[0] = sums.velocity,

@@ -1,4 +1,5 @@
 //! Particles to grid: mass and momentum, Lian (60, 61), internal and body force, Lian (17, 18), sums of scalars.
+//! The same sums one particle at a time: [`super::plain`].
 
 use super::frame::TileFrame;
 use super::group::LaneGroup;

@@ -81,7 +81,7 @@ struct Factors<const W: usize> {
     x: [Row; W],
     y: [Row; W],
     z: [Row; W],
-    /// Along x and y: N_i of sloped records and K_j H_y. Along z: K_k H_z.
+    /// Factors of weights along x and y: N_i of sloped records and K_j H_y. Along z: K_k H_z.
     slopes: [[Row; W]; 3],
 }
 

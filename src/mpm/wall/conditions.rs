@@ -14,7 +14,7 @@ const BAND: f64 = 0.5;
 const ROUNDING: f64 = 1e-6;
 
 /// Distance from an obstacle of blocks of the grid that may hold particles near it [cells].
-const NEAR: f64 = 4.0;
+const SEARCH_DISTANCE: f64 = 4.0;
 
 /// One node under one condition.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +33,7 @@ impl<const D: usize> Walls<D> {
         self.gap_conditions = gap::GapConditions::new(grid, &self.conditions, has_gap);
         self.binding_points =
             parallel::collect_all(grid.node_count(), CHUNK, |node| self.binding_points_of(grid, node));
-        let reach = (0.5 * EDGE as f64 * (D as f64).sqrt() + NEAR) * grid.cell;
+        let reach = (0.5 * EDGE as f64 * (D as f64).sqrt() + SEARCH_DISTANCE) * grid.cell;
         let middle =
             |block: &[i32; D]| grid.origin + Vector::from_fn(|a| f64::from(block[a]) + 0.5) * (EDGE as f64 * grid.cell);
         self.near = grid.blocks().iter().map(|block| self.clearance_of_surfaces(middle(block)) < reach).collect();

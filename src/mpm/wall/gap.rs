@@ -33,7 +33,7 @@ pub(super) struct GapConditions {
 const NONE: u32 = u32::MAX;
 
 impl GapConditions {
-    /// For conditions in the order of their nodes; `has_gap` is true for those that act only where a gap closes.
+    /// The gaps at conditions in the order of their nodes; `has_gap` is true for those that act only where a gap closes.
     pub fn new<const D: usize>(
         grid: &Grid<D>,
         conditions: &[NodeCondition<D>],
@@ -61,7 +61,7 @@ impl GapConditions {
 /// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at
 /// the distance `d` [m].
 pub(in crate::mpm) struct Bodies<'a, const D: usize> {
-    /// With their numbers.
+    /// The bodies with their numbers.
     pub all: Vec<(usize, &'a Body<D>)>,
     /// `shielded(x, n, d)`.
     pub shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),

@@ -76,7 +76,7 @@ impl<const D: usize> Walls<D> {
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for (field, reaction) in self.reactions.iter_mut().enumerate() {
             visit(&format!("mpm.contacts.{field}"), Column::growing(&mut reaction.contacts_before));
-            visit(&format!("mpm.resting.{field}"), Column::growing(&mut reaction.particle_contacts_before));
+            visit(&format!("mpm.particle-contacts.{field}"), Column::growing(&mut reaction.particle_contacts_before));
         }
     }
 }

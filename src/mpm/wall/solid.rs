@@ -73,7 +73,7 @@ impl<const D: usize> Walls<D> {
 }
 
 impl<'a, const D: usize> RigidBoundary<'a, D> {
-    /// Its number among the boundaries.
+    /// Number among the boundaries.
     pub fn number(self) -> usize {
         self.boundary
     }
@@ -114,7 +114,7 @@ impl<'a, const D: usize> RigidBoundary<'a, D> {
         (0..D).all(|a| upper[a] - moved[a] >= bounds.lower[a] - reach && lower[a] - moved[a] <= bounds.upper[a] + reach)
     }
 
-    /// Its velocity at `x` [m] during a step [m/s]: obstacles move with that of the middle of the step.
+    /// Velocity of the boundary at `x` [m] during a step [m/s]: obstacles move with that of the middle of the step.
     pub fn velocity(self, x: Vector<D>, step: &Step) -> Vector<D> {
         let at = if self.region().is_some() { [0.0; 3] } else { x.to3() };
         Vector::from_fn(|a| self.boundary().velocity[a].value(at, step.t + 0.5 * step.dt))

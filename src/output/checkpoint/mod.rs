@@ -4,7 +4,7 @@
 //! blocks, then holds the columns, each from a multiple of 64 bytes on, as zstd blocks of at most 1 MiB:
 //!
 //! ```text
-//! lateen checkpoint 3 header 0000001234 crc 89abcdef
+//! lateen checkpoint 5 header 0000001234 crc 89abcdef
 //! program 0.1.0
 //! case "5be0cd19137e2179"
 //! step 1200
@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the file format and of the columns of the methods. Columns with other names, kinds or sizes are recognised; one that means
 /// something else than before needs another number.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 /// Version of the program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Bytes per block before compression.

@@ -91,7 +91,6 @@ impl Picture {
         domain: BoxCorners,
         directory: &Path,
         interval: f64,
-        units: UnitLabels,
     ) -> Result<Self, Diagnostic> {
         spec.check(key)?;
         check_names(&spec, key, initial)?;
@@ -116,9 +115,15 @@ impl Picture {
             count: 0,
             last_time: f64::NEG_INFINITY,
             interval: spec.every.unwrap_or(interval),
-            units,
+            units: UnitLabels::default(),
             spec,
         })
+    }
+
+    /// The picture with units in its text, or without.
+    #[must_use]
+    pub fn with_units(self, units: UnitLabels) -> Self {
+        Self { units, ..self }
     }
 
     /// Adds something that is not in the snapshots.

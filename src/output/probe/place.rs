@@ -1,6 +1,7 @@
 //! The target of a probe: a particle, an element, or a point between the nodes of an element.
 
 use crate::math::Vector;
+use crate::math::dense::solve;
 use crate::output::set::{On, Set, SetQuantity};
 use crate::simulation::SurfaceSet;
 
@@ -132,23 +133,6 @@ fn in_simplex(corners: &[Vector<3>], x: Vector<3>) -> Vec<f64> {
     };
     let distance = |weights: &Vec<f64>| (blend(corners, weights) - x).norm_squared();
     (0..corners.len()).map(face).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default()
-}
-
-/// Solves a small system, whose last column is its right side; `None` if it is singular.
-fn solve(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
-    let n = rows.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&a, &b| rows[a][k].abs().total_cmp(&rows[b][k].abs()))?;
-        rows.swap(k, pivot);
-        if rows[k][k] == 0.0 {
-            return None;
-        }
-        for i in (0..n).filter(|&i| i != k) {
-            let factor = rows[i][k] / rows[k][k];
-            (k..=n).for_each(|j| rows[i][j] -= factor * rows[k][j]);
-        }
-    }
-    Some((0..n).map(|k| rows[k][n] / rows[k][k]).collect())
 }
 
 /// Bilinear shape functions at the point of a quadrilateral that is nearest to `x`: Gauss–Newton in its square.

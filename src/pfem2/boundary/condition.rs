@@ -47,7 +47,7 @@ impl<const D: usize> Condition<D> {
         Self::Wall(std::array::from_fn(|_| Signal::ZERO))
     }
 
-    /// Its kind.
+    /// Kind of the condition.
     pub fn kind(&self) -> BoundaryKind {
         match self {
             Self::Wall(_) => BoundaryKind::Wall,
@@ -91,9 +91,9 @@ pub struct BoundarySetup<const D: usize> {
 /// Inflow through a facet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inflow<const D: usize> {
-    /// Its velocity, where one is prescribed [m/s].
+    /// Velocity of what comes in, where one is prescribed [m/s].
     pub velocity: Option<Vector<D>>,
-    /// Its fluid, where one is named.
+    /// Fluid of what comes in, where one is named.
     pub fluid: Option<u8>,
     /// The facet, as a place of [`crate::mesh::Mesh::boundary`].
     pub facet: usize,

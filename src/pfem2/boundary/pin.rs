@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 pub struct Pin {
     /// The node.
     pub node: u32,
-    /// Its pressure [Pa].
+    /// Pressure at the place [Pa].
     pub value: Signal,
 }
 
@@ -17,7 +17,7 @@ pub struct Pin {
 pub struct PressurePin<const D: usize> {
     /// The place [m]; the nearest node is taken.
     pub at: Vector<D>,
-    /// Its pressure [Pa].
+    /// Pressure at the node [Pa].
     pub value: Signal,
 }
 

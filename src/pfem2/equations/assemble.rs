@@ -34,7 +34,7 @@ pub struct CutElement<const D: usize, const N: usize> {
     pub element: u32,
     /// Difference of its mass matrix from that of an element of its mean density [kg].
     pub inertia: [[f64; N]; N],
-    /// Its enriched pressure.
+    /// Enriched pressure of the element.
     pub enriched: Enriched<N>,
     /// Forces of surface tension on its nodes [N].
     pub tension: [Vector<D>; N],
@@ -226,7 +226,7 @@ pub struct Assembly<const N: usize> {
 }
 
 impl<const N: usize> Assembly<N> {
-    /// For a mesh.
+    /// The assembly for a mesh.
     pub fn new<const D: usize>(mesh: &Mesh<D, N>) -> Self {
         let nodes = mesh.nodes().len();
         let pattern = Pattern::new(nodes, mesh.elements());

@@ -11,6 +11,7 @@ use super::system::{TimeStep, VelocityPressureSystem};
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::solid::cut::ElementState;
+use crate::pfem2::time::history::StepShares;
 
 /// Velocity and acceleration of the subscales, by element; without entries for stabilisations that have none.
 #[derive(Debug, Clone, Default)]
@@ -63,10 +64,10 @@ impl<const D: usize> DynamicSubscales<D> {
 const INERTIA: f64 = 0.5;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
-    /// Finds ũ̂ of a step, in which accelerations at its start and of the step before have these shares, β₁ and β₂.
-    pub(in crate::pfem2) fn carry_subscales(&mut self, step: TimeStep, shares: [f64; 2]) {
+    /// Finds ũ̂ of a step, in which accelerations have these shares.
+    pub(in crate::pfem2) fn carry_subscales(&mut self, step: TimeStep, shares: StepShares) {
         let dynamic = &self.subscales.dynamic;
-        let [last, earlier] = shares.map(|share| share * step.dt);
+        let [last, earlier] = [shares.start, shares.earlier].map(|share| share * step.dt);
         let convected = parallel::collect(dynamic.velocity.len(), 256, |e| {
             let nodes = self.mesh.elements()[e];
             let speed = nodes.iter().map(|&i| self.velocity[i as usize]).sum::<Vector<D>>().norm() / N as f64;

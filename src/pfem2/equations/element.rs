@@ -31,7 +31,7 @@ pub enum Stabilisation {
     Pspg,
     /// The whole residual, with the viscous force of the last step; the system is not symmetric.
     ConsistentPspg,
-    /// The same, of subscales that have an inertia (see `dynamic_subscale`).
+    /// The whole residual, of subscales that have an inertia (see `dynamic_subscale`).
     Dynamic,
     /// Orthogonal subscales: against the projected pressure gradient of the last step.
     #[default]
@@ -80,7 +80,7 @@ pub struct Content<const N: usize> {
 }
 
 impl<const N: usize> Content<N> {
-    /// Of an element that is full of one fluid.
+    /// The content of an element that is full of one fluid.
     pub fn uniform(volume: f64, density: f64, viscosity: f64, tau: f64) -> Self {
         let mass = [density * volume / N as f64; N];
         Self { mass, viscosity, tau, volume_over_density: volume / density }

@@ -17,7 +17,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.fastest(gravity)
     }
 
-    /// The same without gravity: of capillary waves [1/s].
+    /// Largest frequency of capillary waves, without gravity [1/s].
     pub fn capillary_frequency(&self) -> f64 {
         self.fastest(|_| 0.0)
     }

@@ -10,7 +10,7 @@ use crate::pfem2::setup::FluidSetup;
 pub struct TimeStep {
     /// Time at its start [s].
     pub t: f64,
-    /// Its length [s].
+    /// Length of the step [s].
     pub dt: f64,
     /// Implicit share θ; 1: backward Euler.
     pub theta: f64,

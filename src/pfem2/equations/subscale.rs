@@ -44,7 +44,7 @@ pub struct Subscales<const D: usize> {
 }
 
 impl<const D: usize> Subscales<D> {
-    /// Of fluids at rest on a mesh.
+    /// Subscales of fluids at rest on a mesh.
     pub fn at_rest<const N: usize>(mesh: &Mesh<D, N>, stabilisation: Stabilisation) -> Self {
         let (nodes, elements) = (vec![Vector::ZERO; mesh.nodes().len()], mesh.elements().len());
         let dynamic = DynamicSubscales::at_rest(if stabilisation == Stabilisation::Dynamic { elements } else { 0 });

@@ -129,7 +129,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
     }
 
-    /// With solids on particles, whose phases follow those of the fluids.
+    /// The system with solids on particles, whose phases follow those of the fluids.
     pub fn with_particle_solids(mut self, setups: Vec<ParticleSolidSetup<D>>) -> Self {
         if setups.is_empty() {
             return self;

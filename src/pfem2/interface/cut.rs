@@ -155,8 +155,8 @@ impl<const N: usize> CutGeometry<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Enriched;
     use super::super::sub_simplices::tests::fraction;
+    use super::super::{Enriched, ResidualTerms};
     use super::*;
     use crate::mesh::Simplex;
 
@@ -178,7 +178,8 @@ mod tests {
         let pressure = |phi: f64| -phi * 9.81 * if phi < 0.0 { 1000.0 } else { 1.0 };
         let nodal = level.map(|phi| [0.0, 0.0, pressure(phi)]);
         for enrichment in [Enrichment::Kink, Enrichment::Jump] {
-            let enriched = Enriched::new(&cut, enrichment, &simplex, 0.01, [gravity; 2], (&[Vector::ZERO; 3], 0.0));
+            let residual = ResidualTerms { source: [gravity; 2], convected: &[Vector::ZERO; 3], inertia: 0.0 };
+            let enriched = Enriched::new(&cut, enrichment, &simplex, 0.01, residual);
             let q = enriched.recover(&nodal);
             for part in &cut.parts {
                 let smooth = (0..3).map(|k| simplex.gradient[k] * nodal[k][2]).sum::<Vector<2>>();

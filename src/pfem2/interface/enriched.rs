@@ -2,6 +2,7 @@
 
 use super::{CutGeometry, Enrichment};
 use crate::math::Vector;
+use crate::math::dense::inverse_of_semidefinite;
 use crate::mesh::Simplex;
 use crate::pfem2::equations::element::Block;
 
@@ -20,17 +21,27 @@ pub struct Enriched<const N: usize> {
     walls: Vec<[[f64; N]; N]>,
 }
 
+/// The terms of the residual of momentum in a cut element that don't depend on the solution.
+#[derive(Debug, Clone, Copy)]
+pub struct ResidualTerms<'a, const D: usize, const N: usize> {
+    /// s without v̂/Δ on the negative and the positive side [m/s²].
+    pub source: [Vector<D>; 2],
+    /// v̂ at the nodes [m/s].
+    pub convected: &'a [Vector<D>; N],
+    /// τ/Δ with the consistent forms, else 0.
+    pub inertia: f64,
+}
+
 impl<const N: usize> Enriched<N> {
-    /// The enrichment of a cut element. `source` is s without v̂/Δ on the negative and the positive side [m/s²], `convected` is v̂ at the
-    /// nodes [m/s], and `inertia` τ/Δ with the consistent forms, else 0.
+    /// The enrichment of a cut element, with τ [s].
     pub fn new<const D: usize>(
         cut: &CutGeometry<N>,
         enrichment: Enrichment,
         simplex: &Simplex<D, N>,
         tau: f64,
-        source: [Vector<D>; 2],
-        (convected, inertia): (&[Vector<D>; N], f64),
+        residual: ResidualTerms<'_, D, N>,
     ) -> Self {
+        let ResidualTerms { source, convected, inertia } = residual;
         let count = cut.functions(enrichment);
         let mut columns = vec![[[0.0; N]; N]; count];
         let mut extra = vec![[[0.0; N]; N]; count];
@@ -63,10 +74,10 @@ impl<const N: usize> Enriched<N> {
             std::array::from_fn(|j| std::array::from_fn(|s| column[j][s] + extra[j][s]))
         };
         let rows = columns.iter().zip(&extra).map(sum).collect();
-        Self { rows, columns, inverse: inverse(matrix), load, walls: Vec::new() }
+        Self { rows, columns, inverse: inverse_of_semidefinite(matrix), load, walls: Vec::new() }
     }
 
-    /// With what slip facets add to K_se transposed (see [`crate::pfem2::equations::slip`]).
+    /// The enriched pressure with the terms of slip facets in K_se transposed (see [`crate::pfem2::equations::slip`]).
     pub fn beside(self, walls: Vec<[[f64; N]; N]>) -> Self {
         Self { walls, ..self }
     }
@@ -125,54 +136,5 @@ impl<const N: usize> Enriched<N> {
         // The second row of Becker (30): q = K_ee⁻¹ (f_e − K_es x); theory (G.17).
         let rest: Vec<f64> = self.rows.iter().zip(&self.load).map(rest).collect();
         self.inverse.iter().map(|row| row.iter().zip(&rest).map(|(a, r)| a * r).sum()).collect()
-    }
-}
-
-/// The inverse of a small symmetric positive definite matrix by Gauss–Jordan steps; functions without support
-/// (a pivot that is round-off of its diagonal) are dropped.
-pub(in crate::pfem2) fn inverse(mut a: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    const ROUND_OFF: f64 = 1e-13;
-    let n = a.len();
-    let diagonal: Vec<f64> = (0..n).map(|k| a[k][k]).collect();
-    for k in 0..n {
-        let pivot = a[k][k];
-        let dropped = pivot <= ROUND_OFF * diagonal[k];
-        for i in 0..n {
-            if i != k {
-                let factor = if dropped { 0.0 } else { a[i][k] / pivot };
-                for j in 0..n {
-                    if j != k {
-                        a[i][j] -= factor * a[k][j];
-                    }
-                }
-                a[i][k] = -factor;
-            }
-        }
-        for j in 0..n {
-            a[k][j] = match (dropped, j == k) {
-                (true, _) => 0.0,
-                (false, true) => 1.0 / pivot,
-                (false, false) => a[k][j] / pivot,
-            };
-        }
-    }
-    a
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_inverse_of_a_small_matrix_drops_functions_without_support() {
-        let a = vec![vec![4.0, 1.0, 0.0], vec![1.0, 3.0, 0.0], vec![0.0, 0.0, 0.0]];
-        let b = inverse(a.clone());
-        for i in 0..2 {
-            for j in 0..2 {
-                let product: f64 = (0..3).map(|k| a[i][k] * b[k][j]).sum();
-                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-15);
-            }
-        }
-        assert_eq!(b[2], [0.0; 3]);
     }
 }

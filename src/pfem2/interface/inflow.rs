@@ -13,7 +13,7 @@ use crate::pfem2::particles::convect::MeshPoint;
 /// Fluids of the inflow, by places of [`Mesh::boundary`]. They follow from the start alone.
 #[derive(Debug, Clone, Default)]
 pub struct InflowComposition<const D: usize> {
-    /// Of a sharp level set: φ at the corners of the open facets [m].
+    /// φ of a sharp level set at the corners of the open facets [m].
     level: Vec<Option<[f64; D]>>,
     /// Else: the fractions of the fluids at the nodes at the start.
     fraction: Vec<Vec<f64>>,
@@ -24,7 +24,7 @@ pub struct InflowComposition<const D: usize> {
 }
 
 impl<const D: usize> InflowComposition<D> {
-    /// From the state at the start.
+    /// The composition of the inflow by the state at the start.
     pub fn new<const N: usize>(
         mesh: &Mesh<D, N>,
         boundary: &Boundary<D>,

@@ -31,8 +31,7 @@ pub(super) mod tracking;
 mod volumes;
 
 pub use cut::{CutGeometry, Enrichment, Medium};
-pub use enriched::Enriched;
-pub(in crate::pfem2) use enriched::inverse;
+pub use enriched::{Enriched, ResidualTerms};
 pub use fluid_region::FluidRegion;
 pub use sub_simplices::{
     SubSimplex, at_corners, corners, facets, inner, is_cut, negative_side, share, sides, split, whole,

@@ -18,7 +18,7 @@ pub enum Role {
 /// A phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Phase {
-    /// Its role.
+    /// Role of the phase.
     pub role: Role,
     /// Density [kg/m³].
     pub density: f64,
@@ -47,7 +47,7 @@ pub struct PhaseList {
 }
 
 impl PhaseList {
-    /// Of these phases.
+    /// The list of these phases.
     pub fn new(phases: Vec<Phase>) -> Self {
         let density = phases.iter().map(|phase| phase.density).collect();
         let list = Self { phases, density, sides: None };
@@ -59,12 +59,12 @@ impl PhaseList {
         Self::new(density.iter().map(|&density| Phase::fluid(density, Reseeding::default())).collect())
     }
 
-    /// Their number.
+    /// Number of phases.
     pub fn count(&self) -> usize {
         self.phases.len()
     }
 
-    /// Their densities [kg/m³].
+    /// Densities of the phases [kg/m³].
     pub fn density(&self) -> &[f64] {
         &self.density
     }

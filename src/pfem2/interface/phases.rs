@@ -32,7 +32,7 @@ pub struct Phases<'a> {
     pub list: &'a PhaseList,
     /// Fraction of each fluid at each node, by fluid and node.
     pub fraction: &'a [Vec<f64>],
-    /// With two phases: level set, negative in the first of their sides.
+    /// Level set of two phases, negative in the first of their sides.
     pub level: &'a [f64],
 }
 

@@ -10,9 +10,9 @@
 //! largest fluid takes what others can't have: a fluid that began or has become too small for a node of its own. Where an element begins
 //! to hold a third fluid, V jumps by a part of it: what is missing then is in the history.
 
-use super::inverse;
 use super::phase_list::PhaseList;
 use super::phases::Phases;
+use crate::math::dense::inverse_of_semidefinite;
 use crate::parallel;
 use crate::pfem2::interface::FluidRegion;
 
@@ -117,7 +117,8 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
         if now <= exact {
             return None;
         }
-        let step = inverse(slopes).into_iter().map(|row| row.iter().zip(missing).map(|(a, m)| a * m).sum());
+        let step =
+            inverse_of_semidefinite(slopes).into_iter().map(|row| row.iter().zip(missing).map(|(a, m)| a * m).sum());
         let step: Vec<f64> = step.collect();
         let part = |halvings: usize| {
             let part = 0.5f64.powi(halvings as i32);

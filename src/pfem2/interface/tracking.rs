@@ -42,7 +42,7 @@ pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
 }
 
 impl<const D: usize> InterfaceTracking<D> {
-    /// Of these phases; with two, `level_set` may be sharp.
+    /// The interfaces of these phases; with two, `level_set` may be sharp.
     pub fn new(list: PhaseList, level_set: Option<LevelSet>) -> Self {
         Self {
             sharp: level_set.filter(|_| list.sides().is_some()),

@@ -21,7 +21,7 @@ use crate::pfem2::interface::CutGeometry;
 pub struct SolidElement<const D: usize, const N: usize> {
     /// The element.
     pub element: u32,
-    /// Its solid, by its place among them.
+    /// Number of the solid.
     pub solid: usize,
     /// Blocks of its matrix, condensed.
     pub blocks: [[Block<N>; N]; N],

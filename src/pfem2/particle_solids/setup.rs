@@ -9,7 +9,7 @@ use crate::pfem2::solid::setup::Plane;
 pub struct ParticleSolidSetup<const D: usize> {
     /// Name.
     pub name: String,
-    /// Its law.
+    /// Law of the solid.
     pub law: RateLaw,
     /// Nodes of the mesh with a prescribed velocity.
     pub held: Vec<HeldMeshNodes<D>>,

@@ -64,7 +64,7 @@ struct Mixture {
     shear: f64,
     /// 1/κ of that [1/Pa].
     compliance: f64,
-    /// Its density [kg/m³].
+    /// Density of the solid [kg/m³].
     solid_density: f64,
     /// Mean density [kg/m³].
     density: f64,

@@ -21,7 +21,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Averages pressures and accelerations of the particles at the nodes, and stresses in the elements: theory (K.4), (K.5).
-    pub(in crate::pfem2) fn gather_solids(&mut self) {
+    pub(in crate::pfem2) fn gather_particle_solids(&mut self) {
         let Some(mut solids) = self.system.particle_solids.take() else { return };
         let (mesh, columns) = (&self.system.mesh, &mut self.particles.columns);
         columns::admit(columns, mesh, solids.first);
@@ -33,7 +33,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// An element of a solid loses most of its volume in the step.
-    pub(in crate::pfem2) fn update_solids(
+    pub(in crate::pfem2) fn update_particle_solids(
         &mut self,
         step: TimeStep,
         averaged: &ConvectedVelocity<D>,
@@ -44,8 +44,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let solved = SolvedFlow { dt: step.dt, velocity: &self.system.velocity, pressure: &self.system.pressure };
         solids.update(columns, mesh, &solved);
         let mut gained = averaged.increments(&self.system.velocity, self.interface.list.count());
-        let flies = self.particles.rules.is_projectile.iter().zip(&mut gained).filter(|(flies, _)| **flies);
-        flies.for_each(|(_, own)| *own = Continued::new(mesh, own, &self.interface.level).values);
+        let projectiles =
+            self.particles.rules.is_projectile.iter().zip(&mut gained).filter(|(is_projectile, _)| **is_projectile);
+        projectiles.for_each(|(_, own)| *own = Continued::new(mesh, own, &self.interface.level).values);
         solids.keep_acceleration(columns, mesh, &gained, step.dt);
         Ok(())
     }
@@ -74,7 +75,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Forces of the fluid on the solids, their strain energy and the work of their supports, and the watch over their volume: theory K.6.
-    pub(in crate::pfem2) fn account_for_solids(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+    pub(in crate::pfem2) fn account_for_particle_solids(&mut self, step: TimeStep, convected: &[Vector<D>]) {
         let Some(mut solids) = self.system.particle_solids.take() else { return };
         let system = &self.system;
         let elements = system.elements(convected);

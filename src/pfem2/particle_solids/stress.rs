@@ -55,7 +55,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             parallel::change(stress, parallel::CHUNK, |p, stress| {
                 if self.law_of(particles.phase[p]).is_some() {
                     let spin = gradient(mesh, particles.element[p] as usize, velocity).embed(0.0);
-                    // Becker (16) for a rotation; theory (K.3).
+                    // Becker (16) with a rotation in place of the push forward, Becker (12); theory (K.3).
                     *stress = stress.rotated(&rotation(&spin, dt));
                 }
             });
@@ -69,7 +69,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             parallel::change(stress, parallel::CHUNK, |p, stress| {
                 if let Some(law) = self.law_of(particles.phase[p]) {
                     let rate = deviatoric_rate(&gradient(mesh, particles.element[p] as usize, solved.velocity));
-                    // Becker (15); theory (K.2).
+                    // Becker (15), the deviator of Becker (13) with the rate of Becker (8); theory (K.2).
                     *stress += rate * (2.0 * law.shear * solved.dt);
                 }
             });

@@ -15,7 +15,7 @@ use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 
 /// Nodes that see less than this of a particle, Σ N_i, keep their values.
-const LEAST: f64 = 1e-5;
+const LEAST_WEIGHT: f64 = 1e-5;
 
 /// Sums over the particles of an element; of pairs the first is that of fluids, the second that of solids.
 #[derive(Debug, Clone, Copy)]
@@ -93,8 +93,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
                 a += own.acceleration[k];
             }
             // Becker (38) of pressure and acceleration; theory (K.4).
-            let pressure = if seen < LEAST { pressure[i] } else { p / seen };
-            (pressure, if solids < LEAST { Vector::ZERO } else { a / solids })
+            let pressure = if seen < LEAST_WEIGHT { pressure[i] } else { p / seen };
+            (pressure, if solids < LEAST_WEIGHT { Vector::ZERO } else { a / solids })
         };
         let (pressure, acceleration) = parallel::collect(nodes, 256, average).into_iter().unzip();
         self.nodal = NodalAverages { pressure, acceleration, solid };

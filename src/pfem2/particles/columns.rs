@@ -181,7 +181,7 @@ impl<const D: usize> Particles<D> {
         self.optional[place].values = values;
     }
 
-    /// Their number.
+    /// Number of particles.
     pub fn len(&self) -> usize {
         self.position.len()
     }
@@ -254,6 +254,16 @@ pub(in crate::pfem2) fn interpolate<const D: usize, const N: usize>(
         sum += values[k] * shape[k];
     }
     sum
+}
+
+/// Σ N_k f_k at a point of an element, from the values of all nodes.
+#[inline(always)]
+pub(in crate::pfem2) fn interpolate_nodal<const D: usize, const N: usize>(
+    shape: &[f64; N],
+    nodes: &[u32; N],
+    values: &[Vector<D>],
+) -> Vector<D> {
+    interpolate(shape, &nodes.map(|node| values[node as usize]))
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@
 //! those without a heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
 
 use super::convect::{Continued, Projectiles};
-use super::{Particles, interpolate};
+use super::{Particles, interpolate_nodal};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -46,7 +46,7 @@ pub fn filter(dt: f64, relaxation: f64) -> f64 {
 
 /// Increments and velocities that heavy particles receive.
 struct Heavy<const D: usize> {
-    /// By fluid; none of a fluid that is no projectile.
+    /// Increments by fluid; none of a fluid that is no projectile.
     increment: Vec<Option<Continued<D>>>,
     velocity: Continued<D>,
     fall: Vector<D>,
@@ -70,8 +70,8 @@ impl<const D: usize> Particles<D> {
             let shape = mesh.shape_functions(e, position[p]);
             let blend = |increment: &[Vector<D>], velocity: &[Vector<D>]| {
                 // Becker (40).
-                let kept = *v + at(&shape, nodes, increment);
-                kept + (at(&shape, nodes, velocity) - kept) * filter
+                let kept = *v + interpolate_nodal(&shape, nodes, increment);
+                kept + (interpolate_nodal(&shape, nodes, velocity) - kept) * filter
             };
             let own = phase[p] as usize;
             *v = match heavy.as_ref().and_then(|heavy| Some((heavy, heavy.increment[own].as_ref()?))) {
@@ -84,16 +84,6 @@ impl<const D: usize> Particles<D> {
             };
         });
     }
-}
-
-/// Nodal values at a point of an element.
-#[inline(always)]
-pub(in crate::pfem2) fn at<const D: usize, const N: usize>(
-    shape: &[f64; N],
-    nodes: &[u32; N],
-    values: &[Vector<D>],
-) -> Vector<D> {
-    interpolate(shape, &nodes.map(|node| values[node as usize]))
 }
 
 #[cfg(test)]
@@ -117,7 +107,7 @@ mod tests {
             let square = |p: usize| {
                 let e = particles.element[p] as usize;
                 let shape = mesh.shape_functions(e, particles.position[p]);
-                (particles.velocity[p] - at(&shape, &mesh.elements()[e], &nodal)).norm_squared()
+                (particles.velocity[p] - interpolate_nodal(&shape, &mesh.elements()[e], &nodal)).norm_squared()
             };
             (0..particles.len()).map(square).sum::<f64>().sqrt()
         };

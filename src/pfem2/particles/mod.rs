@@ -1,7 +1,7 @@
 //! The particles: their columns, and the stages of a step that move, add and correct them (Becker (34)–(40); theory F.3, F.4, F.11, G.11, G.12).
 //!
 //! ```text
-//! columns      position, velocity, fluid and depth of each particle, sorted by element
+//! columns      position, velocity, phase and depth of each particle, sorted by element
 //! tracking     the particles of a run with their rules and events
 //! transport    the convective part of a step: motion, reseeding, and nodal values that go along
 //! convect      motion along the streamlines of the mesh                                    Becker (34)–(36)
@@ -24,6 +24,6 @@ pub(super) mod tracking;
 mod transport;
 mod unresolved;
 
-pub(in crate::pfem2) use columns::interpolate;
 pub use columns::{GONE, Particles, lattice};
+pub(in crate::pfem2) use columns::{interpolate, interpolate_nodal};
 pub(super) use transport::FrozenFlow;

@@ -8,7 +8,7 @@
 
 use super::Particles;
 use super::convect::MeshPoint;
-use super::correct;
+use super::interpolate_nodal;
 use super::tracking::ParticleTracking;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
@@ -43,7 +43,7 @@ impl<const D: usize> ParticleTracking<D> {
                     continue;
                 }
                 (own[p], own_depth[p]) = (fluid, depth);
-                v[p] = correct::at(&place.shape, &mesh.elements()[e], velocity);
+                v[p] = interpolate_nodal(&place.shape, &mesh.elements()[e], velocity);
                 joined += 1;
             }
             joined

@@ -45,7 +45,7 @@ pub(in crate::pfem2) struct ParticleEvents {
     pub stuck: u64,
     /// Particles added where there were none.
     pub added: u64,
-    /// Of these, those that came in through an open boundary.
+    /// Added particles that came in through an open boundary.
     pub inflow: u64,
     /// Particles merged where there were too many.
     pub merged: u64,
@@ -74,9 +74,9 @@ impl ParticleEvents {
 /// The particles of a run.
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct ParticleTracking<const D: usize> {
-    /// Their columns.
+    /// Columns of the particles.
     pub columns: Particles<D>,
-    /// Their rules.
+    /// Rules of the particles.
     pub rules: ParticleRules,
     /// Events since the start.
     pub events: ParticleEvents,

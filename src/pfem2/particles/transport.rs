@@ -8,7 +8,7 @@
 //! ```
 
 use super::convect::{Flow, MeshPoint, Projectiles, Rates, Streamlines, Walk};
-use super::correct;
+use super::interpolate_nodal;
 use super::reseed::{NewParticle, ParticleSource};
 use super::tracking::ParticleTracking;
 use crate::math::Vector;
@@ -102,7 +102,7 @@ impl<const D: usize> FrozenFlow<D> {
             let (element, x) = (place.element, place.position(mesh));
             let facet = Facet { element: element as u32, opposite: opposite as u32 };
             let inflow = boundary.inflow(mesh, facet, x, self.step.t + after.max(0.0))?;
-            let here = || correct::at(&place.shape, &mesh.elements()[element], &self.start);
+            let here = || interpolate_nodal(&place.shape, &mesh.elements()[element], &self.start);
             let velocity = inflow.velocity.unwrap_or_else(here);
             let sharp = sharp.zip(self.inflow_depth.as_ref());
             let (fluid, depth) = interface.inflow.brought(mesh, sharp, place, &inflow, velocity * after);
@@ -135,7 +135,7 @@ impl<const N: usize> Feet<N> {
     /// Nodal values that go along with the flow: each node takes that at the foot of its streamline.
     pub fn carried<const D: usize>(&self, mesh: &Mesh<D, N>, values: &[Vector<D>]) -> Vec<Vector<D>> {
         let there =
-            |MeshPoint { element, shape }: &MeshPoint<N>| correct::at(shape, &mesh.elements()[*element], values);
+            |MeshPoint { element, shape }: &MeshPoint<N>| interpolate_nodal(shape, &mesh.elements()[*element], values);
         parallel::collect(self.0.len(), parallel::CHUNK, |node| there(&self.0[node].place))
     }
 }

@@ -14,7 +14,7 @@
 //! counted apart.
 
 use super::Particles;
-use super::correct;
+use super::interpolate_nodal;
 use super::tracking::ParticleTracking;
 use crate::math::Vector;
 use crate::parallel;
@@ -57,7 +57,7 @@ impl<const D: usize> ParticleTracking<D> {
 /// The largest difference between the velocity of each node and of those around it [m/s].
 fn differences<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> Vec<f64> {
     let VelocityPressureSystem { mesh, velocity, .. } = system;
-    let fastest = velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    let fastest = parallel::max(velocity.len(), |node| velocity[node].norm());
     let of = |node: usize| {
         let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
         around.fold(ROUND_OFF * fastest, |most: f64, k| most.max((velocity[k as usize] - velocity[node]).norm()))
@@ -77,7 +77,7 @@ fn bounded<const D: usize, const N: usize>(
     let nodes = &mesh.elements()[element];
     let cut = |p: usize| {
         let shape = mesh.shape_functions(element, particles.position[p]);
-        let u = particles.velocity[p] - correct::at(&shape, nodes, velocity);
+        let u = particles.velocity[p] - interpolate_nodal(&shape, nodes, velocity);
         let bound = nodes.iter().zip(shape).map(|(&i, n)| n * differences[i as usize]).sum::<f64>();
         let size = u.norm();
         if size > bound { u * (1.0 - bound / size) } else { Vector::ZERO }

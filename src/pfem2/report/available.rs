@@ -59,7 +59,7 @@ pub(in crate::pfem2) enum EnergyCheck {
 }
 
 impl AvailablePotentialEnergy {
-    /// Of the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady,
+    /// The energy available to the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady,
     /// uniform one.
     pub fn new<const D: usize, const N: usize>(
         system: &VelocityPressureSystem<D, N>,

@@ -20,7 +20,7 @@ use crate::pfem2::time::history::StepShares;
 const TAKEN: f64 = 0.05;
 const GIVEN: f64 = 0.02;
 
-/// The same for a viscous dissipation below zero.
+/// Part of the largest other energy so far that a viscous dissipation may lie below zero without a notice.
 const NEGATIVE: f64 = 0.01;
 
 /// Part of the weight times the size of the mesh that is rounding, and what the linear solver leaves.
@@ -61,7 +61,7 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
 }
 
 impl<const D: usize> EnergyBalance<D> {
-    /// Of a fluid that begins on a mesh of so many nodes; [`EnergyBalance::open`] follows.
+    /// The balance of a fluid that begins on a mesh of so many nodes; [`EnergyBalance::open`] follows.
     pub fn new(nodes: usize) -> Self {
         Self {
             totals: FlowTotals::default(),

@@ -1,6 +1,6 @@
 //! The columns of a checkpoint: all that a run goes on from with the same bits.
 
-use crate::linalg::SolverCounters;
+use crate::linalg::{CoarseCounters, SolverCounters};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::Particles;
@@ -68,6 +68,10 @@ impl Record for SolverCounters {
     type Number = f64;
 }
 
+impl Record for CoarseCounters {
+    type Number = f64;
+}
+
 impl Record for ErrorEstimates {
     type Number = f64;
 }
@@ -110,8 +114,11 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
 fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.solver_state = pfem.system.solver_state();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
+    visit("solver/compliance places", Column::growing(&mut pfem.solver_state.compliance_places));
     visit("solver/compliance", Column::growing(&mut pfem.solver_state.compliance));
-    visit("solver/coarse", Column::growing(&mut pfem.solver_state.coarse));
+    visit("solver/coarse added mass", Column::growing(&mut pfem.solver_state.coarse.added_mass));
+    visit("solver/coarse forces", Column::growing(&mut pfem.solver_state.coarse.forces));
+    visit("solver/coarse counters", Column::record(&mut pfem.solver_state.coarse.counters));
     visit("solver/counters", Column::record(&mut pfem.solver_state.counters));
     visit("solver/preconditioners", Column::scalar(&mut pfem.system.preconditioners));
     visit_count(visit, "solver/iterations", &mut pfem.system.outcome.iterations);
@@ -127,12 +134,12 @@ fn node_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &
     visit("elements/subscale", Column::new(&mut dynamic.velocity));
     visit("elements/subscale: convected", Column::new(&mut dynamic.convected));
     visit("elements/subscale: acceleration", Column::new(&mut dynamic.acceleration));
-    visit("elements/subscale: acceleration before", Column::new(&mut dynamic.acceleration_previous));
+    visit("elements/subscale: acceleration previous", Column::new(&mut dynamic.acceleration_previous));
     visit("nodes/force", Column::new(&mut pfem.system.force));
-    visit("nodes/before", Column::new(&mut pfem.history.velocity_previous));
-    visit("nodes/earlier", Column::new(&mut pfem.history.velocity_earlier));
+    visit("nodes/velocity previous", Column::new(&mut pfem.history.velocity_previous));
+    visit("nodes/velocity earlier", Column::new(&mut pfem.history.velocity_earlier));
     visit("nodes/acceleration", Column::new(&mut pfem.history.acceleration));
-    visit("nodes/carried", Column::new(&mut pfem.history.acceleration_previous));
+    visit("nodes/acceleration previous", Column::new(&mut pfem.history.acceleration_previous));
     for (name, fraction) in pfem.system.phase_names().zip(&mut pfem.interface.fraction) {
         visit(&format!("nodes/fraction: {name}"), Column::new(fraction));
     }
@@ -167,10 +174,10 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/displacement", Column::new(&mut state.displacement));
     visit("solids/correction", Column::new(&mut state.correction));
     visit("solids/velocity", Column::new(&mut state.velocity));
-    visit("solids/velocity before", Column::new(&mut state.velocity_previous));
+    visit("solids/velocity previous", Column::new(&mut state.velocity_previous));
     visit("solids/velocity earlier", Column::new(&mut state.velocity_earlier));
     visit("solids/acceleration", Column::new(&mut state.acceleration));
-    visit("solids/acceleration before", Column::new(&mut state.acceleration_previous));
+    visit("solids/acceleration previous", Column::new(&mut state.acceleration_previous));
     visit("solids/velocity change", Column::new(&mut state.velocity_change));
     visit("solids/predicted", Column::new(&mut last.predicted));
     visit("solids/forces", Column::new(&mut last.forces));
@@ -180,10 +187,10 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     mean_columns("solids/moments", &mut last.moments, visit);
     mean_columns("solids/holding", &mut last.holding, visit);
     mean_columns("solids/holding moments", &mut last.holding_moments, visit);
-    visit("solids/contact", Column::new(&mut last.contact_forces.walls));
+    visit("solids/contact forces of walls", Column::new(&mut last.contact_forces.walls));
     visit_count(visit, "solids/solutions", &mut last.solutions);
     visit_count(visit, "solids/backward steps", &mut last.backward_steps);
-    visit("solids/touch", Column::new(&mut last.contact_forces.solids));
+    visit("solids/contact forces of solids", Column::new(&mut last.contact_forces.solids));
     for (k, rigid) in state.rigid.iter_mut().enumerate() {
         visit(&format!("solids/rigid {k}"), Column::record(rigid));
     }

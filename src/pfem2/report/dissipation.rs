@@ -33,7 +33,7 @@ pub struct ViscousDissipation<const D: usize> {
 }
 
 impl<const D: usize> ViscousDissipation<D> {
-    /// Of a fluid without history: `nodes` nodes.
+    /// The dissipation of a fluid without history: `nodes` nodes.
     pub fn at_rest(nodes: usize) -> Self {
         Self {
             power_last: 0.0,
@@ -43,7 +43,7 @@ impl<const D: usize> ViscousDissipation<D> {
         }
     }
 
-    /// After the predictor of the first step, whose end makes the forces at the start and before.
+    /// Begins after the predictor of the first step, whose end makes the forces at the start and before.
     pub fn begin<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
         let both = self.start.iter().zip(&system.velocity);
         self.change = both.map(|(start, end)| *start - *end).collect();

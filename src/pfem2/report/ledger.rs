@@ -45,7 +45,7 @@ pub struct FlowTotals {
 }
 
 impl FlowTotals {
-    /// Of a state.
+    /// The totals of a state.
     pub fn of<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> Self {
         let chunk = |range: std::ops::Range<usize>| {
             range.map(|e| Self::of_element(system, e)).fold(Self::default(), Self::plus)
@@ -98,7 +98,7 @@ pub struct ExternalRates<const D: usize> {
 }
 
 impl<const D: usize> ExternalRates<D> {
-    /// By the terms of the ledger.
+    /// Rates by the terms of the ledger.
     fn terms(&self) -> ExternalTerms {
         let OpenBoundaryFlux { energy, momentum } = self.through;
         ExternalTerms {
@@ -118,13 +118,13 @@ const TERMS: usize = 9;
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct ExternalTerms {
-    /// Of gravity [J] or [W].
+    /// Work of gravity [J], or its power [W].
     pub gravity: f64,
-    /// Of tractions and supports [J] or [W].
+    /// Work of tractions and supports [J], or its power [W].
     pub boundary: f64,
     /// Kinetic energy through open boundaries [J] or [W].
     pub openings: f64,
-    /// Of gravity, tractions and supports [N s] or [N].
+    /// Impulse of gravity, tractions and supports [N s], or their force [N].
     pub impulse: [f64; 3],
     /// Momentum through open boundaries [N s] or [N].
     pub momentum: [f64; 3],

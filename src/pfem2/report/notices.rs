@@ -4,6 +4,7 @@
 //! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
 //! unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
+use crate::parallel;
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particles::Particles;
@@ -12,7 +13,7 @@ use crate::simulation::{Column, SaidOnce};
 use std::collections::BTreeSet;
 
 /// Part of its volume below which a fluid in a closed box is going.
-const LEFT: f64 = 0.9;
+const LEAST_VOLUME_LEFT: f64 = 0.9;
 
 /// Part of the volume of several fluids that may be missing without a word.
 const CHANGED: f64 = 1e-3;
@@ -62,8 +63,13 @@ impl Notices {
         if phases < 2 {
             return;
         }
-        let mut left = vec![false; phases];
-        particles.phase.iter().for_each(|&phase| left[usize::from(phase)] = true);
+        let seen = |range: std::ops::Range<usize>| {
+            let mut left = vec![false; phases];
+            particles.phase[range].iter().for_each(|&phase| left[usize::from(phase)] = true);
+            left
+        };
+        let either = |a: Vec<bool>, b: Vec<bool>| a.into_iter().zip(b).map(|(a, b)| a || b).collect();
+        let left = parallel::reduce(particles.len(), seen, either).unwrap_or_else(|| vec![false; phases]);
         for (index, (name, left)) in system.phase_names().zip(left).enumerate() {
             if left {
                 self.been.insert(index);
@@ -156,7 +162,7 @@ impl Notices {
     /// Fluids that have lost a tenth of their volume where nothing can leave; `start` and `now` by fluid [m³].
     pub fn losses(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
         for ((fluid, start), now) in fluids.iter().zip(start).zip(now) {
-            if *now < LEFT * start {
+            if *now < LEAST_VOLUME_LEFT * start {
                 self.said.say(&format!("lost: {}", fluid.name), || {
                     format!(
                         "`{}` has lost more than a tenth of its volume, though nothing can leave: it is thinner than elements \

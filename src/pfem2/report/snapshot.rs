@@ -1,6 +1,7 @@
 //! The state as outputs see it: particles, mesh, ledger, forces, counts.
 
 use crate::math::{SymTensor, Vector};
+use crate::parallel;
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::filled;
 use crate::pfem2::particle_solids::columns;
@@ -296,7 +297,8 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
         let name = format!("outflow: {}", pfem.system.physics.fluids[fluid].name);
         ledger.terms.push(BalanceTerm { name, unit, kind: Other, value });
     }
-    let fastest = pfem.system.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    let velocity = &pfem.system.velocity;
+    let fastest = parallel::max(velocity.len(), |node| velocity[node].norm());
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
     ledger.terms.push(moved(pfem));
     let name = "energy of unresolved velocities".to_owned();

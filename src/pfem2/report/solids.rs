@@ -87,7 +87,7 @@ impl SolidEnergy {
             .fold(0.0, |most, term| most.max(term.abs()))
     }
 
-    /// Its terms.
+    /// Terms of the ledger.
     pub fn terms(&self) -> [BalanceTerm; 4] {
         [
             BalanceTerm::energy(Stored, "kinetic energy of solids", self.last.kinetic),

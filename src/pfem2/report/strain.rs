@@ -12,9 +12,9 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 pub struct StrainEnergy {
     supports: CompensatedSum,
-    /// At the end of the last step [J].
+    /// Strain energy at the end of the last step [J].
     pub last: f64,
-    /// At the start [J].
+    /// Strain energy at the start [J].
     pub start: f64,
 }
 
@@ -44,7 +44,7 @@ impl StrainEnergy {
         self.last.max(self.supports.value().abs())
     }
 
-    /// Its terms.
+    /// Terms of the ledger.
     pub fn terms(&self) -> [BalanceTerm; 2] {
         [
             BalanceTerm::energy(Stored, "strain energy", self.last),

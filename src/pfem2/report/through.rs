@@ -23,7 +23,7 @@ pub struct OpenBoundaryFlux<const D: usize> {
 }
 
 impl<const D: usize> OpenBoundaryFlux<D> {
-    /// Of a state; `brought` is the density of what comes in through a facet by its place in [`Mesh::boundary`](crate::mesh::Mesh)
+    /// The flux of a state; `brought` is the density of what comes in through a facet by its place in [`Mesh::boundary`](crate::mesh::Mesh)
     /// [kg/m³], where that is known.
     pub fn of<const N: usize>(system: &VelocityPressureSystem<D, N>, brought: impl Fn(usize) -> Option<f64>) -> Self {
         let VelocityPressureSystem { mesh, boundary, contents, velocity, .. } = system;

@@ -9,7 +9,7 @@ use crate::math::{Signal, Vector};
 pub struct SolidSetup<const D: usize> {
     /// Name.
     pub name: String,
-    /// Its mesh, in the reference state.
+    /// Mesh of the solid, in the reference state.
     pub mesh: SolidMesh<D>,
     /// Its law: [`Rigid`](crate::material::Rigid), or one with an [`ElasticLaw`](crate::material::ElasticLaw).
     pub law: Box<dyn PointLaw>,

@@ -27,16 +27,18 @@ use crate::pfem2::time::history::{StepShares, TimeHistory};
 
 /// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew
 /// about the end that was found...
-const FAR: f64 = 0.1;
+const LARGEST_PREDICTION_ERROR: f64 = 0.1;
 
 /// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less
 /// than a hundredth.
 const SETTLED: f64 = 0.02;
 
-/// Part of the last correction of a step that is solved anew above which it comes no nearer, as with two shapes of which each leads to the other:
-/// then the next prediction is half-way, and an end that is not [`FAR`] is taken. Not before so many solutions, which may be on their way.
+/// Repeated solutions of a step stall, as where two shapes lead to each other by turns, if a correction is above this part of the one before. The next
+/// prediction is half-way then, and an end that is not [`LARGEST_PREDICTION_ERROR`] is taken.
 const STALLED: f64 = 0.9;
-const STEADY: usize = 3;
+
+/// Solutions of a step before they can count as stalled: corrections of the first ones may rise.
+const SOLUTIONS_BEFORE_STALL: usize = 3;
 
 /// A step is solved anew at most this often, and so where elastic solids touch something.
 const REPETITIONS: usize = 6;
@@ -49,7 +51,7 @@ const BACKWARD_STEPS: usize = 3;
 /// The solids of a run.
 #[derive(Debug)]
 pub(in crate::pfem2) struct SolidTracking<const D: usize> {
-    /// Their meshes, laws and state.
+    /// Meshes, laws and state of the solids.
     pub structure: Structure<D>,
     /// The elements of each as simple ones, for pictures.
     pub quadrilaterals: Vec<Vec<[u32; 4]>>,
@@ -57,9 +59,9 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pub outlines: Vec<SolidOutline>,
     /// Points about which the forces on them have moments [m].
     pub about: Vec<Option<Vector<D>>>,
-    /// What holds them: supports, springs, contacts.
+    /// Supports, springs and contacts that hold the solids.
     pub holders: Holders,
-    /// Their contacts with walls, with each other and with themselves.
+    /// Contacts of the solids with walls, with each other and with themselves.
     contacts: StepContacts<D>,
     /// K_p of the pressure of the fluid in the step that is being made (theory (J.9b)).
     pressure_stiffness: Option<SparseMatrix>,
@@ -227,8 +229,8 @@ impl<const D: usize> SolidTracking<D> {
         let mut found = self.structure.corrected(own.delta(), prediction, &solution.independent);
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let correction = self.contacts.solids.largest_error(mesh, [&places[0], &places[1]]);
-        let stalls = self.last.solutions > STEADY && correction > STALLED * self.last.last_correction;
-        let is_near = correction <= if self.first.is_none() || stalls { FAR } else { SETTLED };
+        let stalls = self.last.solutions > SOLUTIONS_BEFORE_STALL && correction > STALLED * self.last.last_correction;
+        let is_near = correction <= if self.first.is_none() || stalls { LARGEST_PREDICTION_ERROR } else { SETTLED };
         let keeps_gap =
             !self.contacts.any() || self.contacts.depth_without_contact(&self.structure, mesh, &places[0])? <= DEPTH;
         let is_impact = own.theta < 1.0 && self.contacts.has_unresolved_impact(own, &self.structure, &solution.nodal);
@@ -303,7 +305,7 @@ impl<const D: usize> SolidTracking<D> {
         stiffness: &SparseMatrix,
         equations: &mut SolidEquations,
     ) {
-        let offset = self.structure.way(prediction, |a| prediction.displacement_hat[a]);
+        let offset = self.structure.increment_from_prediction(prediction, |a| prediction.displacement_hat[a]);
         let forces = self.structure.product(stiffness, &offset);
         equations.rhs.iter_mut().zip(forces.iter().flat_map(|force| force.0)).for_each(|(rhs, force)| *rhs += force);
         let all = equations.matrix.values.iter_mut().zip(&stiffness.values);
@@ -334,7 +336,7 @@ impl<const D: usize> SolidTracking<D> {
             self.update_holding(step, own_shares, &prediction, &solved);
         }
         if let Some(stiffness) = self.pressure_stiffness.take() {
-            let way = self.structure.way(&prediction, |a| self.structure.state.displacement[a]);
+            let way = self.structure.increment_from_prediction(&prediction, |a| self.structure.state.displacement[a]);
             let more = self.structure.product(&stiffness, &way);
             nodal.iter_mut().zip(more).for_each(|(force, more)| *force += more);
         }

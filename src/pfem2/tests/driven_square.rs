@@ -121,7 +121,7 @@ fn a_square_has_the_published_added_mass_and_damping() {
     }
 }
 
-/// Where the fluid glides the square has the added mass of potential flow, and next to no damping with the default; other subscales take a part of the motion. A step of backward
+/// The square has, where the fluid glides, the added mass of potential flow, and next to no damping with the default; other subscales take a part of the motion. A step of backward
 /// Euler gives the force of half a step before, ½ ω Δt m_a.
 #[test]
 fn a_square_that_glides_has_the_added_mass_of_potential_flow_and_no_damping() {

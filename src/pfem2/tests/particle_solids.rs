@@ -160,7 +160,7 @@ fn the_split_pressure_is_a_partition_of_the_standard_one() {
 /// One node of one triangle swings along y: ω² = (μ (4/3 g_y² + g_x²) + κ g_y²) V/m. Acceleration at tⁿ⁺³ᐟ² against stress at tⁿ⁺¹:
 /// (2z − 1)(z − 1)² + h² z³ = 0 with h = ωΔt, a damping ratio of 0.35 % and 1.7 % less of the frequency at h = 0.2.
 #[test]
-fn an_element_swings_with_the_damping_and_the_frequency_of_the_scheme() {
+fn a_triangle_of_a_solid_on_particles_has_frequency_and_damping_of_the_scheme() {
     let mesh =
         Mesh::<2, 3>::new(vec![Vector([0.0, 0.0]), Vector([1.0, 0.1]), Vector([0.3, 0.8])], vec![[0, 1, 2]]).unwrap();
     let simplex = *mesh.simplex(0);

@@ -23,7 +23,7 @@ use crate::pfem2::time::startup::impulsive_energy;
 /// are at rest.
 const TOLERANCE: f64 = 1e-6;
 
-/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an
+/// Bounds for solids without supports to be at rest: the last acceleration over the largest, and the last displacement over an
 /// element.
 const FREE_TOLERANCE: f64 = 1e-3;
 
@@ -57,15 +57,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// # Errors
     /// Solids don't come to rest; an element turns inside out, or the system isn't solved.
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
-        let (mut next, mut last) = (dt.min(self.longest(0.0)), 0.0);
+        let bounded = |step: f64, longest: Option<f64>| longest.map_or(step, |longest| step.min(longest));
+        let (mut next, mut last) = (bounded(dt, self.longest(0.0)), 0.0);
         let (mut largest, mut best): (f64, f64) = (0.0, f64::INFINITY);
         for iteration in 1..=ITERATIONS {
             let motion = self.relax(next, last)?;
             largest = largest.max(motion.acceleration);
             let longest = self.longest(largest);
-            let (tolerance, way) = match longest.is_finite() {
-                true => (FREE_TOLERANCE, FREE_TOLERANCE * self.system.shortest()),
-                false => (TOLERANCE, TOLERANCE * motion.displacement),
+            let (tolerance, way) = match longest {
+                Some(_) => (FREE_TOLERANCE, FREE_TOLERANCE * self.system.shortest()),
+                None => (TOLERANCE, TOLERANCE * motion.displacement),
             };
             let is_at_rest = motion.change <= way && motion.acceleration <= tolerance * largest;
             if is_at_rest && (motion.change >= FALLS * best || iteration == ITERATIONS) {
@@ -75,20 +76,21 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             best = best.min(motion.change);
             last = next;
             let room = (WAY * self.system.shortest() / motion.change).sqrt();
-            next = (next * room.clamp(FACTORS[0], FACTORS[1])).min(longest);
+            next = bounded(next * room.clamp(FACTORS[0], FACTORS[1]), longest);
         }
         Err(self.never_at_rest())
     }
 
-    /// The longest artificial step [s], where the largest acceleration so far is `largest` [m/s²]; infinite where all solids have supports.
-    fn longest(&self, largest: f64) -> f64 {
+    /// Bound of the artificial step [s], where the largest acceleration so far is `largest` [m/s²]; none where all solids have supports, or nothing
+    /// has moved them yet.
+    fn longest(&self, largest: f64) -> Option<f64> {
         let setups = self.solids.iter().flat_map(|solids| solids.structure.setups());
         if setups.into_iter().all(|setup| setup.held.iter().any(|held| !held.nodes.is_empty())) {
-            return f64::INFINITY;
+            return None;
         }
         let gravity = self.system.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
         let acceleration = if gravity > 0.0 { gravity } else { largest };
-        (self.system.shortest() / acceleration).sqrt()
+        Some((self.system.shortest() / acceleration).sqrt()).filter(|longest| longest.is_finite())
     }
 
     /// An iteration of `dt` [s], after one of `last` [s].

@@ -57,7 +57,7 @@ pub(in crate::pfem2) struct TimeHistory<const D: usize> {
 }
 
 impl<const D: usize> TimeHistory<D> {
-    /// Of a fluid without history that starts with these nodal velocities [m/s].
+    /// The history of a fluid that starts with these nodal velocities [m/s].
     pub fn new(scheme: Scheme, velocity: &[Vector<D>]) -> Self {
         Self {
             scheme,

@@ -23,6 +23,7 @@ use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
 use crate::pfem2::report::ledger::EnergyLedger;
+use crate::pfem2::report::notices::Notices;
 use crate::pfem2::setup::Scheme;
 use crate::pfem2::solid::start::SolidStart;
 use crate::pfem2::solid::tracking::SolidTracking;
@@ -30,27 +31,35 @@ use crate::pfem2::solid::tracking::SolidTracking;
 /// Solutions of the predicted step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;
 
-/// The state at the start of a step: all that a step moves.
+/// The state at the start of a step: all that a step moves, and the notices, as a prediction tells the user nothing.
 struct StartOfStep<const D: usize> {
     particles: ParticleTracking<D>,
     interface: InterfaceTracking<D>,
     solids: Option<SolidStart<D>>,
-    /// Velocity [m/s] and body force [m/s²] at the nodes.
-    nodes: [Vec<Vector<D>>; 2],
+    /// Velocity at the nodes [m/s].
+    velocity: Vec<Vector<D>>,
+    /// Body force at the nodes [m/s²].
+    force: Vec<Vector<D>>,
+    notices: Notices,
 }
 
 impl<const D: usize> StartOfStep<D> {
     fn of<const N: usize>(pfem: &Pfem2<D, N>) -> Self {
-        let nodes = [pfem.system.velocity.clone(), pfem.system.force.clone()];
-        let (particles, interface) = (pfem.particles.clone(), pfem.interface.clone());
-        Self { particles, interface, solids: pfem.solids.as_ref().map(SolidTracking::start), nodes }
+        Self {
+            particles: pfem.particles.clone(),
+            interface: pfem.interface.clone(),
+            solids: pfem.solids.as_ref().map(SolidTracking::start),
+            velocity: pfem.system.velocity.clone(),
+            force: pfem.system.force.clone(),
+            notices: pfem.notices.clone(),
+        }
     }
 
     /// Puts the state back; returns the velocity at the end of the step [m/s].
     fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) -> Vec<Vector<D>> {
-        let [velocity, force] = self.nodes;
-        (pfem.particles, pfem.interface, pfem.system.force) = (self.particles, self.interface, force);
-        let end = std::mem::replace(&mut pfem.system.velocity, velocity);
+        (pfem.particles, pfem.interface) = (self.particles, self.interface);
+        (pfem.system.force, pfem.notices) = (self.force, self.notices);
+        let end = std::mem::replace(&mut pfem.system.velocity, self.velocity);
         if let (Some(solids), Some(start)) = (&mut pfem.solids, self.solids) {
             solids.restart(start);
             solids.immerse(&mut pfem.system);

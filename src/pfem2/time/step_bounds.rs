@@ -17,7 +17,7 @@ const START: f64 = 0.1;
 
 /// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles doesn't
 /// shrink with the step, and shorter steps would follow nothing else.
-const LEAST: f64 = 0.05;
+const SHORTEST_STEP: f64 = 0.05;
 
 /// Times at which lids and inlets are asked for their speed.
 const SAMPLES: usize = 16;
@@ -34,7 +34,7 @@ pub(in crate::pfem2) struct StepLimits {
 }
 
 impl StepLimits {
-    /// For a scheme, a Courant number and the largest error of a step over that of the mesh; infinity: no bound.
+    /// Limits of a scheme, with a Courant number and the largest error of a step over that of the mesh; infinity: no bound.
     pub fn new(scheme: Scheme, courant: f64, tolerance: f64) -> Self {
         Self { max_omega_dt: max_omega_dt(scheme), courant, control: StepControl::new(tolerance) }
     }
@@ -75,7 +75,7 @@ impl StepLimits {
         match steps {
             _ if !self.control.is_active() => bound,
             0 => START * bound,
-            _ => bound.min(self.control.recommended.max(LEAST * waves.min(system.crossing_time()))),
+            _ => bound.min(self.control.recommended.max(SHORTEST_STEP * waves.min(system.crossing_time()))),
         }
     }
 
@@ -93,8 +93,8 @@ impl StepLimits {
     }
 }
 
-/// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2 (theory
-/// H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
+/// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2
+/// (theory H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
 /// its waves grow a little in theory, and the damping of the scheme outweighs it up to [`LARGEST_OMEGA_DT`].
 fn max_omega_dt(scheme: Scheme) -> f64 {
     match scheme {

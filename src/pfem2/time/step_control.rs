@@ -37,10 +37,10 @@ const FLOOR: f64 = 1e-3;
 /// Errors in time above this part of the velocity do, however coarse the mesh.
 const CEILING: f64 = 0.05;
 
-/// The same as [`FLOOR`] in parts of the largest velocity so far, for flows that come to rest.
+/// Least error that is allowed, as [`FLOOR`], in parts of the largest velocity so far, for flows that come to rest.
 const AT_REST: f64 = 1e-4;
 
-/// The same in parts of what gravity gives in a step: round-off of a fluid at rest is far below it.
+/// Least error that is allowed in parts of what gravity gives in a step: round-off of a fluid at rest is far below it.
 const ROUND_OFF: f64 = 1e-6;
 
 /// Elements that the interface may be off after a step.
@@ -52,8 +52,7 @@ const SURFACE: f64 = 0.05;
 /// The largest error of solids, over the tolerance.
 const SOLIDS: f64 = 0.005;
 
-/// Speed of solids, over that of the fluid, from which on errors are measured by their own: what is off by less than a hundredth of this is off by 0.25 % of
-/// the fluid's speed.
+/// Least speed by which the error of solids is measured, over the speed of the fluid: that of solids that move more slowly counts as part of this.
 const SLOW_SOLIDS: f64 = 0.25;
 
 /// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no motion that shorter steps would follow, but noise.
@@ -69,13 +68,13 @@ const RISE: f64 = 1.2;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ErrorEstimates {
-    /// Of the velocity, in time, over the velocity.
+    /// Error of the velocity, in time, over the velocity.
     pub time: f64,
-    /// Of the velocity on the mesh, over the velocity.
+    /// Error of the velocity on the mesh, over the velocity.
     pub mesh: f64,
-    /// Of the interface, in elements.
+    /// Error of the interface, in elements.
     pub interface: f64,
-    /// Of the velocity of solids, in time, over the largest so far.
+    /// Error of the velocity of solids, in time, over the largest so far.
     pub solids: f64,
 }
 
@@ -97,7 +96,7 @@ pub struct StepControl {
 }
 
 impl StepControl {
-    /// With the largest error in time over that of the mesh.
+    /// Control by the largest error in time over that of the mesh.
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
@@ -116,7 +115,7 @@ impl StepControl {
 
     /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter, `speed` that by which errors of
     /// solids are measured [√kg m/s].
-    fn learn(&mut self, dt: f64, errors: ErrorEstimates, [least, speed]: [f64; 2]) {
+    fn learn(&mut self, dt: f64, errors: ErrorEstimates, least: f64, speed: f64) {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
@@ -163,7 +162,7 @@ impl StepControl {
         let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
         let [solids, speed] = solids.map_or([0.0, 1.0], |(structure, _)| self.solids_error(structure, extends, stream));
         let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids };
-        self.learn(dt, errors, [least / scale, speed]);
+        self.learn(dt, errors, least / scale, speed);
     }
 
     /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed [m/s], and the speed by which it
@@ -256,7 +255,8 @@ mod tests {
                 control.learn(
                     dt,
                     ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
-                    [0.0, 1.0],
+                    0.0,
+                    1.0,
                 );
                 assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
                 dt = control.proposal;
@@ -274,7 +274,8 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
-                [0.0, 1.0],
+                0.0,
+                1.0,
             );
         }
         assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
@@ -288,7 +289,8 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3), solids: 0.0 },
-                [0.0, 1.0],
+                0.0,
+                1.0,
             );
             dt = control.proposal;
         }
@@ -319,7 +321,7 @@ mod tests {
         let mut steps = Vec::new();
         for k in 0..500 {
             let solids = 0.5 * (omega * dt).powi(2) * (omega * t).cos().abs();
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, 1.0]);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0, 1.0);
             t += dt;
             dt = control.recommended;
             if k >= 200 {
@@ -344,7 +346,8 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids: dt * dt / speed },
-                [0.0, speed],
+                0.0,
+                speed,
             );
             dt = control.recommended;
         }
@@ -358,7 +361,7 @@ mod tests {
         let (omega, mut dt): (f64, f64) = (34.3, 0.02);
         for _ in 0..60 {
             let solids = 0.5 * (omega * dt).powi(2);
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, 1.0]);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0, 1.0);
             dt = control.proposal;
         }
         let steps = 2.0 * std::f64::consts::PI / omega / dt;

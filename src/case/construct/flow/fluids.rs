@@ -17,7 +17,7 @@ use crate::pfem2::particles::{Particles, lattice};
 use crate::pfem2::setup::FluidSetup;
 
 /// Most fluids: particles keep the number of theirs in a byte.
-const MOST: usize = 256;
+const MOST_FLUIDS: usize = 256;
 
 /// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
 const GAP_POINTS: usize = 8;
@@ -146,8 +146,8 @@ impl Construction<'_> {
         parts: &[InitialFluid],
         solids: &[InitialSolid<D>],
     ) -> Option<Particles<D>> {
-        if let Some(first) = parts.get(MOST) {
-            let message = format!("a flow has at most {MOST} bodies of fluids, and here are {}", parts.len());
+        if let Some(first) = parts.get(MOST_FLUIDS) {
+            let message = format!("a flow has at most {MOST_FLUIDS} bodies of fluids, and here are {}", parts.len());
             let finding = Diagnostic::error(format!("body[{}]", first.body), message);
             self.findings.push(finding.help("join those of one material: a region may be a union of shapes"));
             return None;

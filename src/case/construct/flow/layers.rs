@@ -4,7 +4,7 @@
 //! δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold them: a whole element of fluid would
 //! stick to the solid (theory (J.6a)).
 
-use super::path::Surroundings;
+use super::path::SolidSurroundings;
 use super::solids::size_of;
 use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
@@ -30,9 +30,9 @@ const TIMES: usize = 32;
 pub(super) fn choose<const D: usize, const N: usize>(
     structure: &mut Structure<D>,
     modes: &[NaturalMode<D>],
-    around: &Surroundings<D, N>,
+    around: &SolidSurroundings<D, N>,
 ) -> Vec<String> {
-    let Surroundings { file, mesh, locator, boundaries, fluids, .. } = around;
+    let SolidSurroundings { file, mesh, locator, boundaries, fluids, .. } = around;
     let open: Vec<usize> =
         (0..).zip(file.solids()).filter(|&(_, body)| file.body[body].surface.is_none()).map(|(s, _)| s).collect();
     let (Some(heaviest), InitialStateSpec::Given) =

@@ -13,7 +13,7 @@ mod prestress;
 mod solids;
 mod through;
 
-use path::Surroundings;
+use path::SolidSurroundings;
 pub(in crate::case) use path::{MeshSizes, PathResolution, shown};
 use prestress::incompressible;
 use solids::{MODES, natural_periods, size_of};
@@ -24,8 +24,8 @@ use crate::case::summary::CaseSummary;
 use crate::case::{Case, check, names};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::mesh::Mesh;
 use crate::mesh::domain::DomainMesh;
+use crate::mesh::{Locator, Mesh};
 use crate::pfem2::boundary::BoundarySetup;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::setup::FluidSetup;
@@ -81,7 +81,11 @@ struct FlowBodies<const D: usize> {
 
 impl Construction<'_> {
     /// Notes the longest periods of elastic solids, lets fluids glide where their layers aren't resolved, and foresees where solids come to.
-    fn foresee<const D: usize, const N: usize>(&mut self, structure: &mut Structure<D>, around: &Surroundings<D, N>) {
+    fn foresee<const D: usize, const N: usize>(
+        &mut self,
+        structure: &mut Structure<D>,
+        around: &SolidSurroundings<D, N>,
+    ) {
         let modes = structure.natural_modes(MODES);
         self.notes.extend(natural_periods(structure.setups(), &modes));
         self.notes.extend(layers::choose(structure, &modes, around));
@@ -148,7 +152,10 @@ impl Construction<'_> {
         let spec = &file.pfem2;
         let mut structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
         if let Some(structure) = &mut structure {
-            self.foresee(structure, &Surroundings::new(file, (&mesh, &boundaries), (&fluids, &parts), &gravity));
+            let (locator, mesh, boundaries) = (Locator::new(&mesh), &mesh, &boundaries);
+            let (fluids, parts, gravity) = (&fluids, &parts, &gravity);
+            let around = SolidSurroundings { file, mesh, locator, boundaries, fluids, parts, gravity };
+            self.foresee(structure, &around);
         }
         Some(Setup {
             velocity,

@@ -20,7 +20,7 @@ pub struct ContactNode<const D: usize> {
     pub normal: Vector<D>,
     /// True where the areas around the node cancel: the normal then comes from the bodies (theory (D.9)).
     pub folded: bool,
-    /// Of a folded sheet, Σ of the lengths of the arms whose sum gives the normal [kg m].
+    /// Σ of the lengths of the arms whose sum gives the normal of a folded sheet [kg m].
     pub arm_length: f64,
     /// Centre of mass of the sheet around the node, x̄_I^r [m].
     pub centre: Vector<D>,

@@ -1,8 +1,8 @@
 //! The map of a sheet to the grid by its samples, and the way back.
 //!
 //! ```text
-//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)      (49; theory (D.3))
-//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r,   f_I = −ΣJ_I/Δt                                     (59; theory (D.4))
+//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)      Lian (49), theory (D.3)
+//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r,   f_I = −ΣJ_I/Δt                                     Lian (59), theory (D.4)
 //! ```
 //!
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
@@ -131,7 +131,7 @@ impl<const D: usize> Map<D> {
             node.centre = node.centre / node.mass;
             node.offset /= node.mass;
             let normal = node.project(node.normal);
-            let (heavy, clear) = (node.mass > LEAST * heaviest, normal.norm() > FOLDED * area);
+            let (heavy, clear) = (node.mass > LEAST_MASS_SHARE * heaviest, normal.norm() > FOLDED * area);
             node.folded = heavy && !clear;
             node.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
             node.find_inertia();
@@ -209,7 +209,7 @@ impl<const D: usize> Map<D> {
 }
 
 /// Nodes with less than this share of the heaviest node's mass are left out.
-const LEAST: f64 = 1e-6;
+const LEAST_MASS_SHARE: f64 = 1e-6;
 
 /// Share of the area below which the vector area gives no direction: the sheet is folded.
 const FOLDED: f64 = 0.1;

@@ -1,9 +1,9 @@
 //! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with Lian (55, 58, 59) corrected; theory
-//! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange
-//! an impulse.
+//! D.2 to D.8): where a sheet and a body both have mass at a node and the gap between them closes within the sub-step, they
+//! exchange an impulse, which never pulls.
 //!
 //! ```text
-//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection, n from the sheet r to the body s  Lian (50, 52)
+//! g + min(0, c w) Δt ≤ tol,  w = (v̄_s − v̄_r)·n,  c = ±1                  detection, n the normal of the sheet r, on whose side c the body s lies: theory (D.10)
 //! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                           stick, on s        Lian (54, 55)
 //! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip, on s         Lian (56–58)
 //! p_s ← p_s + J                                                          the body           Lian (53)
@@ -48,7 +48,7 @@ pub struct AtNodes<const D: usize> {
 }
 
 impl<const D: usize> AtNodes<D> {
-    /// For a sheet and so many fields; `tolerance` [m] is the gap below which contact acts.
+    /// Contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact acts.
     pub fn new(source: &SheetSource<'_, D>, fields: usize, tolerance: f64) -> Self {
         Self {
             map: Map::new(source),
@@ -72,8 +72,7 @@ impl<const D: usize> AtNodes<D> {
         context.bodies.iter().map(near).collect()
     }
 
-    /// Marks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
-    /// length `dt` [s] (50, 52; theory (D.10)); they have exchanged nothing yet.
+    /// Marks the pairs whose gap closes by the end of the sub-step, theory (D.10); they have exchanged nothing yet.
     fn detect(&mut self, partners: &Partners<D>, at: &SubStep<'_>) {
         self.received.fill(Vector::ZERO);
         let fields = self.fields;
@@ -83,6 +82,7 @@ impl<const D: usize> AtNodes<D> {
                 let (_, v) = partners.trial(pair.partner, at.momentum_end);
                 let w = (node.project(v) - velocity).dot(node.normal);
                 let gap = pair.choose_side(w);
+                // theory (D.10), in place of Lian (50, 52): no test of approach, as the impulse never pulls.
                 pair.touching = gap - node.offset + (w * pair.side * at.momentum_dt).min(0.0) <= self.tolerance;
                 pair.impulse = Impulse::default();
             }
@@ -90,7 +90,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// Solves every node for the impulses of the whole sub-step, without the impulses of the last pass, so that they
-    /// may shrink but never pull (53–58; theory (D.12), (D.15)). The contact nodes get the change.
+    /// may shrink but never pull: Lian (54–58), theory (D.12), (D.15). The contact nodes get the change.
     fn solve_nodes(&mut self, partners: &mut Partners<D>, friction: &[Friction], t: f64) {
         let fields = self.fields;
         let (mut touches, mut impulses) = (Vec::new(), Vec::new());

@@ -16,7 +16,7 @@ use crate::parallel;
 use std::ops::Range;
 
 /// Most samples along an element's side.
-const MOST: u32 = 64;
+const MOST_SAMPLES: u32 = 64;
 
 /// Samples per parallel task.
 const TASK: usize = 256;
@@ -26,7 +26,7 @@ impl SheetFacet {
     fn divisions<const D: usize>(&self, position: &[Vector<D>], cell: f64) -> [u32; 2] {
         let x = self.corners(position);
         let side = |a: usize, b: usize| (x[a] - x[b]).norm();
-        let number = |length: f64| ((length / (0.5 * cell) - 1e-9).ceil() as u32).clamp(1, MOST);
+        let number = |length: f64| ((length / (0.5 * cell) - 1e-9).ceil() as u32).clamp(1, MOST_SAMPLES);
         match self.count {
             2 => [number(side(0, 1)), 1],
             3 => [number(side(0, 1).max(side(1, 2)).max(side(2, 0))); 2],

@@ -16,7 +16,7 @@ pub struct Candidate<const D: usize> {
     /// Number of the particle or point, the key of its label, and index of (one of) its particles.
     pub key: u32,
     pub particle: usize,
-    /// Its place inside the body, which tells its side [m].
+    /// Place inside the body, which tells the side of the particle [m].
     pub inside: Vector<D>,
     /// Signed distance of that place from the sheet, and whether it is beyond an edge.
     pub distance: f64,
@@ -30,11 +30,11 @@ pub struct Candidate<const D: usize> {
 /// A particle that takes part of an impulse.
 #[derive(Debug, Clone, Copy)]
 pub struct WeightedParticle<const D: usize> {
-    /// Its index.
+    /// Index of the particle.
     pub particle: u32,
-    /// Its place [m].
+    /// Place of the particle [m].
     pub place: Vector<D>,
-    /// Its share of the impulse.
+    /// Share of the impulse that the particle takes.
     pub weight: f64,
 }
 
@@ -50,7 +50,7 @@ pub struct CandidateSearch<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> CandidateSearch<'a, D> {
-    /// Of `body` next to a sheet of these facets, on a grid with cells of size `cell` [m].
+    /// The search among particles of `body` next to a sheet of these facets, on a grid with cells of size `cell` [m].
     pub fn new(nearest: &'a Nearest<D>, facets: &'a [SheetFacet], body: &'a Body<D>, cell: f64) -> Self {
         let mut index = vec![0_u32; if body.skin.is_empty() { 0 } else { body.particles.len() }];
         if !index.is_empty() {

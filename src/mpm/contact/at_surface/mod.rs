@@ -46,13 +46,13 @@ use surface_contact::{EffectiveMass, SupportNode, SurfaceContact};
 
 /// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a particle.
 const RECOVERY: f64 = 0.2;
-const MOST: f64 = 0.05;
+const LARGEST_CORRECTION: f64 = 0.05;
 
 /// Stencils per parallel task.
 const STENCILS: usize = 64;
 
 /// Allowance for forces when particles that may touch are chosen [cells].
-const CLOSE: f64 = 0.02;
+const APPROACH_ALLOWANCE: f64 = 0.02;
 
 /// Least part of its half size that the guard of positions gives a particle on the skin.
 const LEAST_REACH: f64 = 0.1;
@@ -108,7 +108,7 @@ impl<const D: usize> AtSurface<D> {
             }));
             let facet = found.candidate.foot.facet as usize;
             let gap = found.height() - found.candidate.radius - surface.offset_of(facet) - self.tolerance;
-            if friction != Friction::None && gap < travel + CLOSE * cell {
+            if friction != Friction::None && gap < travel + APPROACH_ALLOWANCE * cell {
                 self.members.extend_from_slice(&found.members);
                 let members = self.members.len() as u32;
                 let half_size = half_size(&body.particles, found.candidate.particle, found.candidate.foot.normal, cell);
@@ -224,7 +224,7 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
             let own = &self.members[first..contact.members as usize];
             first = contact.members as usize;
             if contact.gap < 0.0 {
-                let by = contact.normal * (-RECOVERY * contact.gap).min(MOST * contact.half_size);
+                let by = contact.normal * (-RECOVERY * contact.gap).min(LARGEST_CORRECTION * contact.half_size);
                 let shift =
                     |member: &WeightedParticle<D>| ParticleShift { particle: member.particle, by: by * member.weight };
                 shifts[contact.body as usize].extend(own.iter().map(shift));
@@ -266,7 +266,7 @@ fn relabel<const D: usize>(labels: &mut Labels, candidate: &Candidate<D>, step: 
 /// A candidate with a side.
 struct SidedCandidate<const D: usize> {
     candidate: Candidate<D>,
-    /// Its particles.
+    /// Particles of the contact.
     members: Vec<WeightedParticle<D>>,
     /// +1 where the normals of the sheet point.
     side: f64,

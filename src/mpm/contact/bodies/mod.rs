@@ -44,7 +44,7 @@ struct BodyContact<const D: usize> {
     node: usize,
     fields: [usize; 2],
     plane: ContactPlane<D>,
-    /// On the second field.
+    /// Impulse on the second field.
     impulse: Impulse<D>,
 }
 
@@ -73,7 +73,7 @@ struct PointNearNode<const D: usize> {
 const NONE: u32 = u32::MAX;
 
 impl<const D: usize> Pairwise<D> {
-    /// For the given pairs of fields.
+    /// Contact between the fields of the given pairs.
     pub fn new(pairs: Vec<([usize; 2], Friction)>) -> Self {
         Self { pairs, ..Self::default() }
     }

@@ -14,6 +14,7 @@
 //! body's surface at the start, deformed: a disc is round, not a staircase of particles, and stays so when it turns.
 
 use super::separation::separation;
+use crate::math::dense::solve_semidefinite;
 use crate::math::{Tensor, Vector};
 
 /// A particle near the node.
@@ -30,7 +31,10 @@ pub struct NodeParticle<const D: usize> {
 }
 
 /// Round-off of positions at the edge of a particle's patch [cells].
-const NEAR: f64 = 1e-9;
+const PATCH_ROUND_OFF: f64 = 1e-9;
+
+/// Pivots below this part of the largest diagonal entry are round-off.
+pub(super) const LEAST_PIVOT: f64 = 1e-12;
 
 /// The plane between two bodies at a node.
 #[derive(Debug, Clone, Copy)]
@@ -109,7 +113,7 @@ fn linear<const D: usize>(cloud: &[NodeParticle<D>], free: [bool; D]) -> Option<
         return None;
     }
     let line = (sums[1].1 / sums[1].0 - sums[0].1 / sums[0].0).normalized()?;
-    let fit = solve(matrix, right).map(|b| 2.0 * b);
+    let fit = solve_semidefinite(matrix, right, LEAST_PIVOT).map(|b| 2.0 * b);
     match direction(&fit, free) {
         Some(normal) if normal.dot(line) > 0.0 => Some(fit),
         _ => {
@@ -135,7 +139,7 @@ fn improve<const D: usize>(cloud: &[NodeParticle<D>], beta: &mut Beta) {
         matrix[i][i] += PENALTY;
         right[i] -= PENALTY * beta[i];
     }
-    for (b, step) in beta.iter_mut().zip(solve(matrix, right)) {
+    for (b, step) in beta.iter_mut().zip(solve_semidefinite(matrix, right, LEAST_PIVOT)) {
         *b += step;
     }
 }
@@ -149,29 +153,12 @@ fn accumulate(matrix: &mut [[f64; 4]; 4], right: &mut Beta, x: Beta, slope: f64,
     }
 }
 
-/// Solves a symmetric positive semi-definite system; directions without information stay zero.
-pub fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
-    let scale = (0..4).map(|i| a[i][i]).fold(0.0, f64::max);
-    let mut done = [false; 4];
-    for _ in 0..4 {
-        let pivot = (0..4).filter(|&i| !done[i]).max_by(|&i, &j| a[i][i].total_cmp(&a[j][j]));
-        let Some(pivot) = pivot.filter(|&i| a[i][i] > 1e-12 * scale) else { break };
-        done[pivot] = true;
-        for row in (0..4).filter(|&row| row != pivot) {
-            let (above, factor) = (a[pivot], a[row][pivot] / a[pivot][pivot]);
-            a[row].iter_mut().zip(above).for_each(|(entry, above)| *entry -= factor * above);
-            b[row] -= factor * b[pivot];
-        }
-    }
-    std::array::from_fn(|i| if done[i] { b[i] / a[i][i] } else { 0.0 })
-}
-
 /// The gap next to the node along the surface; `None` if a body has no particle there.
 fn gap<const D: usize>(cloud: &[NodeParticle<D>], normal: Vector<D>) -> Option<f64> {
     let (mut first, mut second) = (f64::NEG_INFINITY, f64::INFINITY);
     for point in cloud {
         let height = point.position.dot(normal);
-        if (point.position - normal * height).norm() > point.width + NEAR {
+        if (point.position - normal * height).norm() > point.width + PATCH_ROUND_OFF {
             continue;
         }
         let radius = point.shape.transpose().apply(normal).norm();

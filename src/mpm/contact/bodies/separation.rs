@@ -9,8 +9,9 @@
 //! Against a flat face the normal is that of the face, for any shape of the other body: a disc or the corner of a block slides over it
 //! without resistance. Fits of a plane to whole clouds, and gradients of mass, are tilted there.
 
-use super::plane::solve;
+use super::plane::LEAST_PIVOT;
 use crate::math::Vector;
+use crate::math::dense::solve_semidefinite;
 
 /// Relative accuracy of |v|²: normals to 10⁻⁴.
 const ACCURACY: f64 = 1e-8;
@@ -73,7 +74,7 @@ fn next_to_origin<const D: usize>(mut face: impl Iterator<Item = Vector<D>>) -> 
             matrix[i][j] = e.dot(*f);
         }
     }
-    let share = solve(matrix, right);
+    let share = solve_semidefinite(matrix, right, LEAST_PIVOT);
     let inside = share.iter().all(|s| *s >= 0.0) && share.iter().sum::<f64>() <= 1.0;
     inside.then(|| edges.iter().zip(share).fold(corner, |x, (e, s)| x + *e * s))
 }

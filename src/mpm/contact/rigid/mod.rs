@@ -39,7 +39,7 @@ const MOVED: f64 = 1e-3;
 
 /// The fraction of an overlap that is undone in a sub-step, and the most, in half thicknesses.
 const RECOVERY: f64 = 0.2;
-const MOST: f64 = 0.05;
+const LARGEST_CORRECTION: f64 = 0.05;
 
 /// Sweeps where nothing but walls acts, and the change of an impulse, relative to the largest one, that ends them.
 const SWEEPS: usize = 30;
@@ -66,7 +66,7 @@ pub struct RigidContacts<const D: usize> {
 const NONE: u32 = u32::MAX;
 
 impl<const D: usize> RigidContacts<D> {
-    /// For a sheet of so many nodes, and what the case says of its friction.
+    /// Contacts of a sheet of so many nodes, with the friction that the case names.
     pub fn new(nodes: usize, listed: Vec<(String, Friction)>) -> Self {
         Self { held: vec![Vector::ZERO; nodes], listed, ..Self::default() }
     }
@@ -287,7 +287,7 @@ impl<const D: usize> RigidContacts<D> {
         for contact in &self.contacts {
             let gap = contact.gap_after(position, elapsed);
             if gap < 0.0 {
-                let by = contact.normal * (-RECOVERY * gap).min(MOST * contact.thickness);
+                let by = contact.normal * (-RECOVERY * gap).min(LARGEST_CORRECTION * contact.thickness);
                 for (&k, &weight) in contact.nodes.iter().zip(&contact.weights).filter(|(_, weight)| **weight > 0.0) {
                     let inverse_mass = inverse_mass(k as usize);
                     position[k as usize] +=

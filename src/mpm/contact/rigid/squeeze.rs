@@ -11,12 +11,12 @@ use super::{RigidContact, RigidContacts};
 use crate::math::Vector;
 use crate::mpm::wall::Walls;
 
-/// Between normals that are nearer to opposite, within 26 degrees, nothing slips out sideways.
+/// Cosine between normals below which, within 26 degrees of opposite, nothing slips out sideways.
 const OPPOSITE: f64 = -0.9;
 
 /// The part of the thickness that may be squeezed away: what rounding and linear gaps are wrong by is far less. Below a half, so that a
 /// node that an obstacle presses against a wall is found before it leaves the grid.
-const MOST: f64 = 0.4;
+const LARGEST_SQUEEZE: f64 = 0.4;
 
 /// A point is held along a normal if the axes that are free take up less than this of it.
 const HELD: f64 = 1e-6;
@@ -26,14 +26,14 @@ const HELD: f64 = 1e-6;
 pub struct NodePositions<'a, const D: usize> {
     /// Now.
     pub position: &'a [Vector<D>],
-    /// At the start of the run.
+    /// Positions at the start of the run [m].
     pub reference: &'a [Vector<D>],
 }
 
 /// A point of a sheet that is squeezed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Squeeze<const D: usize> {
-    /// Its node, of a point within an element the first.
+    /// Node of the point, of a point within an element the first.
     pub node: usize,
     /// Position [m].
     pub place: Vector<D>,
@@ -66,10 +66,10 @@ impl<const D: usize> RigidContacts<D> {
         };
         // The contacts of a node, and those of an element, follow each other.
         for near in self.contacts.chunk_by(|a, b| a.nodes == b.nodes) {
-            for contact in near.iter().filter(|contact| -gap(contact) > MOST * contact.thickness) {
+            for contact in near.iter().filter(|contact| -gap(contact) > LARGEST_SQUEEZE * contact.thickness) {
                 let too_near = |other: &&RigidContact<D>| {
                     contact.is_opposite(other)
-                        && -(gap(contact) + gap(other)) > MOST * (contact.thickness + other.thickness)
+                        && -(gap(contact) + gap(other)) > LARGEST_SQUEEZE * (contact.thickness + other.thickness)
                 };
                 if let Some(other) = near.iter().find(too_near) {
                     return Some(found(contact, Some(other), distance(contact) + distance(other)));

@@ -45,7 +45,7 @@ const SMOOTH: f64 = 0.7;
 /// The closest point of a sheet.
 #[derive(Debug, Clone, Copy)]
 pub struct Foot<const D: usize> {
-    /// Its facet.
+    /// Facet on which the foot lies.
     pub facet: u32,
     /// W_K of the facet's nodes.
     pub weights: [f64; 4],
@@ -96,7 +96,7 @@ struct NodeNormal<const D: usize> {
 }
 
 impl<const D: usize> Nearest<D> {
-    /// For these facets over `nodes` nodes.
+    /// The search in these facets over `nodes` nodes.
     pub fn new(facets: &[SheetFacet], nodes: usize) -> Self {
         let corners = (0..).zip(facets).flat_map(|(e, facet)| facet.nodes().iter().map(move |&node| (node, e)));
         let around = Groups::from_pairs(nodes, corners);
@@ -143,7 +143,7 @@ impl<const D: usize> Nearest<D> {
         Some(self.foot_from(facets, position, |node| normals[node as usize], x, &best))
     }
 
-    /// The same on the sheet at other positions [m], within the slack of those.
+    /// The foot on the sheet at other positions [m], within the slack of those.
     pub fn foot_at(&self, facets: &[SheetFacet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
         let best = self.closest(facets, position, |e| FacetBounds::of(&facets[e as usize], position), x, reach)?;
         Some(self.foot_from(

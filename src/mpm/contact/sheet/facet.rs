@@ -13,13 +13,13 @@ pub struct SheetFacet {
 }
 
 impl SheetFacet {
-    /// From 2 (segment), 3 (triangle) or 4 (quadrilateral) nodes.
+    /// The facet of 2 (segment), 3 (triangle) or 4 (quadrilateral) nodes.
     pub fn new(nodes: &[u32]) -> Self {
         let last = nodes.len().min(4) - 1;
         Self { nodes: std::array::from_fn(|k| nodes[k.min(last)]), count: last + 1 }
     }
 
-    /// Its nodes.
+    /// Nodes of the facet.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.count]
     }
@@ -42,7 +42,7 @@ impl SheetFacet {
         }
     }
 
-    /// Its longest side [m].
+    /// Longest side of the facet [m].
     pub fn size<const D: usize>(&self, position: &[Vector<D>]) -> f64 {
         let next = |k: usize| if k + 1 < self.count { k + 1 } else { 0 };
         let side = |k: usize| (position[self.nodes[k] as usize] - position[self.nodes[next(k)] as usize]).norm();

@@ -30,7 +30,7 @@ const HALVINGS: usize = 4;
 const TRIES: usize = 3;
 
 /// Share of the least distance that a correction may lack.
-const CLOSE: f64 = 1e-3;
+const DISTANCE_TOLERANCE: f64 = 1e-3;
 
 /// Particles per parallel task.
 const TASK: usize = 256;
@@ -179,7 +179,7 @@ fn correction<const D: usize>(
     let MovedSheet { nearest, facets, .. } = sheets[near.sheet as usize];
     let foot = nearest.foot(facets, x, cell).filter(|foot| !foot.beyond)?;
     let missing = least_distance - near.side * foot.distance;
-    (missing > CLOSE * least_distance).then(|| foot.normal * (near.side * missing))
+    (missing > DISTANCE_TOLERANCE * least_distance).then(|| foot.normal * (near.side * missing))
 }
 
 /// A position near `x` [m] on the particle's sides of all sheets that it is next to.

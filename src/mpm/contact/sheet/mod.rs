@@ -27,12 +27,13 @@ use crate::math::Vector;
 use crate::mpm::contact::rigid::{NodePositions, RigidContacts, Squeeze};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Friction, SubStep};
+use crate::parallel;
 
 /// A membrane, and the forces of contact on its nodes.
 #[derive(Debug)]
 pub struct ContactSheet<const D: usize> {
     pub name: String,
-    /// Its number among all sheets.
+    /// Number of the sheet among all sheets.
     pub number: usize,
     pub facets: Vec<SheetFacet>,
     /// Search for the closest points of the sheet.
@@ -108,8 +109,7 @@ impl<const D: usize> ContactSheet<D> {
 
     /// The farthest that any of its nodes has moved in the step, to `position` [m].
     pub fn travel(&self, position: &[Vector<D>]) -> f64 {
-        let squares = position.iter().zip(&self.before).map(|(now, before)| (*now - *before).norm_squared());
-        squares.fold(0.0, f64::max).sqrt()
+        parallel::max(self.before.len(), |k| (position[k] - self.before[k]).norm_squared()).sqrt()
     }
 
     /// The sheet, refreshed where its nodes have moved to, `position` [m].
@@ -154,7 +154,7 @@ impl<const D: usize> ContactSheet<D> {
     }
 
     /// Undoes a part of the overlaps with walls and obstacles, after the nodes have moved to `position` [m].
-    pub fn part(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
+    pub fn undo_overlaps(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
         self.rigid.undo_overlaps(position, &|k: usize| self.inverse_mass[k], at.elapsed + at.dt);
     }
 

@@ -36,7 +36,7 @@ pub struct FacetLocator<const D: usize> {
 }
 
 impl<const D: usize> FacetLocator<D> {
-    /// For these facets; edges that belong to one facet only are free edges.
+    /// The distance to these facets; edges that belong to one facet only are free edges.
     pub fn new(facets: &[SheetFacet]) -> Self {
         Self { bins: SpatialBins::default(), binned: Vec::new(), free_edges: free_edges(facets) }
     }

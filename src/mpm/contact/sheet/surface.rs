@@ -8,7 +8,7 @@ use crate::math::Vector;
 pub struct SheetSource<'a, const D: usize> {
     /// Name of the membrane.
     pub name: &'a str,
-    /// Its elements.
+    /// Elements of the sheet.
     pub facets: Vec<SheetFacet>,
     /// Node positions in the reference state [m].
     pub reference: &'a [Vector<D>],

@@ -26,7 +26,7 @@ use crate::parallel;
 
 /// The largest part of the mass of the rows inside that a ghost takes, β: ten times what it takes where material fills
 /// the rows evenly, and more than the eighth that one row of particles per cell can bring there.
-const MOST: f64 = 0.2;
+const LARGEST_GHOST_SHARE: f64 = 0.2;
 
 impl GhostShares {
     /// Finds the shares for the masses of `nodes`, before they are folded as the field's `folds` say.
@@ -51,7 +51,7 @@ fn share(ghost: &Ghost, mass: impl Fn(u32) -> f64) -> f64 {
         return 1.0;
     }
     let row = mass(inside);
-    let most = MOST * ghost.next.map_or(row, |next| row.min(mass(next)));
+    let most = LARGEST_GHOST_SHARE * ghost.next.map_or(row, |next| row.min(mass(next)));
     if taken <= most { 1.0 } else { most / taken }
 }
 
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(shares(quadratic, &[0.2]), [0.0; 2]);
         // m_{−1} = ½ (½ − ¼)² = m_2.
         let film = shares(quadratic, &[0.25, 0.75]);
-        assert!(film.iter().all(|share| (share - MOST).abs() < 1e-12), "{film:?}");
+        assert!(film.iter().all(|share| (share - LARGEST_GHOST_SHARE).abs() < 1e-12), "{film:?}");
     }
 
     /// However near a particle is to a wall, folding leaves row 1 what the particle brings there; sums and adjoints
@@ -128,7 +128,7 @@ mod tests {
                 ghosts.fill(&limits, &mut filled);
                 for (n, [mass]) in folded.iter().enumerate().filter(|&(n, _)| grid.coordinates(n)[1] == 1) {
                     assert!(
-                        *mass >= (1.0 - MOST) * nodes[n].mass - 1e-15,
+                        *mass >= (1.0 - LARGEST_GHOST_SHARE) * nodes[n].mass - 1e-15,
                         "{kernel:?} {height}: {mass} of {}",
                         nodes[n].mass
                     );

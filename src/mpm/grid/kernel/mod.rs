@@ -101,7 +101,7 @@ pub(crate) trait ShapeFunction<const S: usize>: Copy + Send + Sync {
     /// Distance by which a particle may leave its block before its support leaves the block's tile [cells] (`transfer::bins`).
     const SLACK: f64;
 
-    /// For particles of half length `half` [cells].
+    /// The shape functions of particles of half length `half` [cells].
     fn of_particles(half: f64) -> Self;
 
     /// First node of the support of a point at `x` [cells].

@@ -14,7 +14,7 @@ pub(crate) struct Weights<L, const W: usize> {
 }
 
 impl<L: Lanes, const W: usize> Weights<L, W> {
-    /// From N and h ∂N/∂x of nodes at −f, 1 − f, … from the particle, which give the moments.
+    /// Weights with N and h ∂N/∂x of nodes at −f, 1 − f, … from the particle, which give the moments.
     #[inline(always)]
     pub(super) fn new(f: L, n: [L; W], gradient: [L; W]) -> Self {
         let mut moment = n;

@@ -63,7 +63,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of sheets with these names, elements and positions of nodes at the start [m].
+    /// The layout of sheets with these names, elements and positions of nodes at the start [m].
     pub fn new<'a, const D: usize>(sheets: impl Iterator<Item = (&'a str, Vec<SheetFacet>, &'a [Vector<D>])>) -> Self {
         let layer = |(name, facets, reference): (&str, Vec<SheetFacet>, &[Vector<D>])| SheetLayout {
             name: name.to_owned(),

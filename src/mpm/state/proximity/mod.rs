@@ -55,7 +55,7 @@ pub(in crate::mpm) struct Proximity<const D: usize> {
 }
 
 impl<const D: usize> Proximity<D> {
-    /// For these membranes, before the first survey.
+    /// The proximity of these membranes, before the first survey.
     pub fn new(membranes: &[Membrane<D>]) -> Self {
         let facets = |membrane: &Membrane<D>| membrane.elements.iter().map(SheetFacet::new).collect();
         let sheets = membranes.iter().map(|m| (m.name.as_str(), facets(m), m.reference.as_slice()));

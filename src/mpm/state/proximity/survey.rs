@@ -32,7 +32,7 @@ pub struct SurveyedSheet {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementContact {
     pub elements: [Element; 2],
-    /// Their distance [m]; 0 if they cross.
+    /// Distance of the two [m]; 0 if they cross.
     pub distance: f64,
     /// The mean of their thicknesses [m].
     pub reach: f64,

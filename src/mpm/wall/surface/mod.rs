@@ -51,7 +51,7 @@ use crate::mpm::{Grid, Node};
 pub use point::{ImpulseIterate, Law, NodeOfSupport, SurfaceFoot, SurfacePoint};
 
 /// Least share of the support of a binding point that must have mass: else no body is there yet.
-const LEAST: f64 = 0.5;
+const LEAST_SUPPORT_SHARE: f64 = 0.5;
 
 /// Most sweeps, and the change of an impulse, relative to the largest one, that ends them.
 const SWEEPS: usize = 40;
@@ -111,7 +111,7 @@ impl<const D: usize> SurfacePoints<D> {
         for mut point in points {
             let start = self.add_support(grid, stencil, nodes, point.place);
             let cover = self.limit(start);
-            if cover <= 0.0 || point.binds() && cover < LEAST {
+            if cover <= 0.0 || point.binds() && cover < LEAST_SUPPORT_SHARE {
                 self.support.truncate(start);
                 continue;
             }

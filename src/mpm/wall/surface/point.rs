@@ -38,7 +38,7 @@ pub struct SurfacePoint<const D: usize> {
     pub sliding_inverse_mass: f64,
     /// The nearer side of the grid by axis, numbered 2 axis + end, where a mirror is close.
     pub mirrors: Option<[usize; D]>,
-    /// Its nodes in the list of all: from and to.
+    /// Nodes of the point in the list of all: from and to.
     pub start: u32,
     pub end: u32,
 }
@@ -46,7 +46,7 @@ pub struct SurfacePoint<const D: usize> {
 /// A node around a point.
 #[derive(Debug, Clone, Copy)]
 pub struct NodeOfSupport<const D: usize> {
-    /// Its number among the nodes of all points.
+    /// Number of the node among those of all points.
     pub number: u32,
     /// N_I along each axis: mirrors reverse one.
     pub weight: Vector<D>,

@@ -11,7 +11,7 @@ use crate::mpm::{Grid, Node, Step, WallKind};
 use std::iter::zip;
 
 /// Allowance for the approach of bodies beyond that of their particles' velocities during a step [cells].
-const CLOSE: f64 = 0.02;
+const APPROACH_ALLOWANCE: f64 = 0.02;
 
 impl<const D: usize> Walls<D> {
     /// Finds the points at which a field, whose nodes hold (m, p⁻), may touch surfaces of obstacles in this step.
@@ -80,7 +80,7 @@ impl<const D: usize> Walls<D> {
             let (distance, normal) = obstacle.distance(x, Vector::ZERO);
             let share = if self.boundaries[obstacle.number()].kind.binds() { CLOSEST } else { 1.0 };
             let gap = distance - share * body.reach(p, normal, grid.cell);
-            let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + CLOSE * grid.cell;
+            let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + APPROACH_ALLOWANCE * grid.cell;
             let boundary = obstacle.number() as u32;
             let meets = gap < travel
                 && !self.starts_within(number, obstacle.number())
@@ -255,7 +255,7 @@ impl<const D: usize> Walls<D> {
         self.boundaries[point.boundary as usize].kind
     }
 
-    /// Its velocity there at time `t` [m/s].
+    /// Velocity of the wall at a point at time `t` [m/s].
     fn wall_at(&self, point: &SurfacePoint<D>, t: f64) -> Vector<D> {
         self.velocity(point.boundary as usize, point.place, t)
     }

@@ -25,7 +25,7 @@ use crate::pfem2::particles::convect::MeshPoint;
 /// Distances from the interface at the start of a step, as open boundaries see them.
 #[derive(Debug, Clone)]
 pub struct InflowDepth {
-    /// At the nodes, with the sign of φ [m].
+    /// Distances of the nodes, with the sign of φ [m].
     distance: Vec<f64>,
 }
 
@@ -70,11 +70,11 @@ fn is_front<const D: usize, const N: usize>(
 /// A particle that came in through the boundary.
 #[derive(Debug, Clone, Copy)]
 pub struct CameIn<'a, const D: usize, const N: usize> {
-    /// Its place now.
+    /// Place of the particle now.
     pub place: &'a MeshPoint<N>,
     /// The facet of the boundary.
     pub facet: Facet,
-    /// Its way from beyond the facet to that place [m].
+    /// Way of the particle from beyond the facet to that place [m].
     pub way: Vector<D>,
     /// The level that the facet holds there [m].
     pub held: f64,

@@ -15,7 +15,7 @@ use crate::pfem2::particles::convect::MeshPoint;
 use std::collections::BTreeMap;
 
 /// Farther than any place where fluids meet [m].
-const FAR: f64 = 1e30;
+const BEYOND_ALL: f64 = 1e30;
 
 /// The fluid that a facet of the boundary brings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub fn brought<const D: usize, const N: usize>(
     let first = |(&facet, inflow): (&Facet, &InflowFluid)| match inflow {
         InflowFluid::Nothing => None,
         InflowFluid::Start => Some(nodes_of(mesh, facet).map(|node| level[node as usize])),
-        InflowFluid::Named(inside) => Some([if *inside { -FAR } else { FAR }; D]),
+        InflowFluid::Named(inside) => Some([if *inside { -BEYOND_ALL } else { BEYOND_ALL }; D]),
     };
     let first: Vec<Option<[f64; D]>> = mesh.boundary().iter().zip(inflow).map(first).collect();
     let meetings = meetings(mesh, &first);
@@ -49,7 +49,7 @@ pub fn brought<const D: usize, const N: usize>(
             return Some(phi.map(|phi| phi / slope));
         }
         let x = nodes_of(mesh, facet).map(|node| mesh.nodes()[node as usize]);
-        let away = x.map(|x| meetings.iter().map(|ends| distance(ends, x)).fold(FAR, f64::min));
+        let away = x.map(|x| meetings.iter().map(|ends| distance(ends, x)).fold(BEYOND_ALL, f64::min));
         Some(if is_inside(&phi) { away.map(|away| -away) } else { away })
     };
     mesh.boundary().iter().zip(&first).map(scaled).collect()
@@ -160,6 +160,6 @@ mod tests {
         assert_eq!(found.len(), 32);
         found.iter().for_each(|(x, phi)| assert!((phi - (x[2] - 0.5)).abs() < 1e-14, "{x:?}: {phi}"));
         let alone = on_the_left(&mesh, &[], |_| InflowFluid::Named(true));
-        assert!(alone.iter().all(|(_, phi)| *phi <= -0.99 * FAR));
+        assert!(alone.iter().all(|(_, phi)| *phi <= -0.99 * BEYOND_ALL));
     }
 }

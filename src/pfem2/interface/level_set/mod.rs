@@ -49,12 +49,12 @@ use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one only, what
 /// the farther ones lose of a curve came back through slopes, and capillary waves grew.
-const NEAR: f64 = 2.0;
+const CORRECTION_BAND: f64 = 2.0;
 
 /// Depths are measured up to this many edges. A slope at the node of a near element looks at nodes two edges farther away, these at
 /// particles of elements whose nodes are three edges away, and the gradients at these at particles four edges away: none of
 /// them may be cut off.
-const BAND: f64 = NEAR + 4.0;
+const BAND: f64 = CORRECTION_BAND + 4.0;
 
 /// Steps between two measurements of the depths (theory G.3).
 const MEASURED_EVERY: usize = 10;
@@ -242,10 +242,11 @@ impl LevelSet {
             let part = ((stretch - 1.0) / STRETCHED).powi(2).min(1.0);
             let unbent =
                 known(mesh, &place, &straight).map(|straight| sign * straight + (*depth - sign * shown) / stretch);
-            *depth = match unbent.filter(|unbent| away < NEAR * interface.longest_edge() && unbent.is_finite()) {
-                Some(unbent) => (*depth + part * (unbent - *depth)).clamp(away - slack, away + slack).max(0.0),
-                None => away,
-            };
+            *depth =
+                match unbent.filter(|unbent| away < CORRECTION_BAND * interface.longest_edge() && unbent.is_finite()) {
+                    Some(unbent) => (*depth + part * (unbent - *depth)).clamp(away - slack, away + slack).max(0.0),
+                    None => away,
+                };
         });
     }
 

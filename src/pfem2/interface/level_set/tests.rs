@@ -146,7 +146,7 @@ fn a_stretched_plane_is_measured_without_moving() {
 }
 
 #[test]
-fn a_circle_goes_on_behind_a_wall() {
+fn distances_to_a_circle_cut_by_a_wall_converge() {
     let behind = |x: Vector<2>| (x - Vector([0.5, -0.1])).norm() - 0.3;
     let error = |cells: usize| {
         let mesh = square(cells);

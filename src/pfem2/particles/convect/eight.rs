@@ -44,7 +44,7 @@ const fn rows(dimension: usize) -> usize {
 }
 
 impl Rates {
-    /// Of a nodal velocity [m/s]. Where it doesn't carry the particles of an element, they go on alone.
+    /// The motion by a nodal velocity [m/s]. Where it doesn't carry the particles of an element, they go on alone.
     pub fn new<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         velocity: &[Vector<D>],
@@ -169,7 +169,7 @@ impl<T: Travellers<N>, const D: usize, const N: usize> Journey<'_, T, D, N> {
         }
     }
 
-    /// From one element to the next.
+    /// Takes a particle from one element to the next.
     #[inline(always)]
     fn go_on(&mut self, pack: &mut Pack<N>, visit: &ElementVisit<N>, lane: usize) {
         let element = pack.element[lane];

@@ -51,7 +51,7 @@ impl<const N: usize> MeshPoint<N> {
         Self { element, shape: inside.map(|n| n / sum) }
     }
 
-    /// Its position [m].
+    /// Position of the point [m].
     #[inline(always)]
     pub fn position<const D: usize>(&self, mesh: &Mesh<D, N>) -> Vector<D> {
         crate::pfem2::particles::interpolate(&self.shape, &mesh.corners(self.element))
@@ -72,7 +72,7 @@ pub enum End {
 /// A walk: its last point, the way it ended, and the time that was left [s].
 #[derive(Debug, Clone, Copy)]
 pub struct Walk<const N: usize> {
-    /// Its last point.
+    /// Last point of the streamline.
     pub place: MeshPoint<N>,
     /// The way it ended.
     pub end: End,
@@ -88,7 +88,7 @@ pub(super) struct Rate<const N: usize> {
 }
 
 impl<const N: usize> Rate<N> {
-    /// Of an element with these velocities of the nodes [m/s].
+    /// The flow in an element with these velocities of the nodes [m/s].
     pub fn of<const D: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>], element: usize) -> Self {
         let gradient = &mesh.simplex(element).gradient;
         let velocity = mesh.elements()[element].map(|node| velocity[node as usize]);
@@ -111,7 +111,7 @@ impl<const N: usize> Rate<N> {
 /// The motion of a particle in one element as Taylor polynomials of its shape functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taylor<const N: usize> {
-    /// By power of the time, then by shape function.
+    /// Coefficients by power of the time, then by shape function.
     pub terms: [[f64; N]; TERMS],
     /// The longest time for which it is good [s].
     pub reach: f64,
@@ -139,7 +139,7 @@ impl<const N: usize> Taylor<N> {
 
 /// The motion of a particle: along streamlines, or in its own flight.
 pub(super) trait Motion<const D: usize, const N: usize> {
-    /// Its motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
+    /// Taylor series of the motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &GlidingFacets<D, N>) -> Taylor<N>;
 
     /// Takes note that time goes by [s].
@@ -308,7 +308,7 @@ fn exit_before<const N: usize>(taylor: &Taylor<N>, shape: &[f64; N], time: f64) 
     first
 }
 
-/// The same point seen from the element behind one of the facets that it lies on.
+/// The point seen from the element behind one of the facets that it lies on.
 #[inline(always)]
 pub(super) fn cross<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,

@@ -23,8 +23,8 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use moments::{GroupMoments, MomentTable};
 
-/// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
-const LEAST: f64 = 1e-5;
+/// Nodes that see less than this of a particle, Σ N_i, keep their values, theory G.11.
+const LEAST_WEIGHT: f64 = 1e-5;
 
 /// Fluid fills an element if it has this part of its volume.
 const WHOLE: f64 = 1.0 - 1e-9;
@@ -141,7 +141,7 @@ impl<const D: usize> Average<D> {
 
     /// True for a node that no particle is near, or only some in elements that solids fill.
     fn is_bare(&self) -> bool {
-        self.seen < LEAST || self.fluids.iter().all(|share| share.weight <= 0.0)
+        self.seen < LEAST_WEIGHT || self.fluids.iter().all(|share| share.weight <= 0.0)
     }
 }
 
@@ -267,6 +267,6 @@ fn mix<const D: usize>(average: &[Average<D>], densities: &[f64], previous: &[Ve
 /// The mean of one fluid; that of all where it isn't seen.
 fn of_one<const D: usize>(average: &[Average<D>], fluid: usize, mean: &[Vector<D>]) -> Vec<Vector<D>> {
     let own = average.iter().map(|a| &a.fluids[fluid]).zip(mean);
-    own.map(|(own, &mean)| if own.seen < LEAST || own.weight <= 0.0 { mean } else { own.velocity / own.weight })
+    own.map(|(own, &mean)| if own.seen < LEAST_WEIGHT || own.weight <= 0.0 { mean } else { own.velocity / own.weight })
         .collect()
 }

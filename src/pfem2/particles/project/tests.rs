@@ -153,7 +153,7 @@ fn unseen<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cells: usize) -> f6
     for p in 0..particles.len() {
         let e = particles.element[p] as usize;
         let shape = mesh.shape_functions(e, particles.position[p]);
-        particles.velocity[p] = crate::pfem2::particles::correct::at(&shape, &mesh.elements()[e], &nodal);
+        particles.velocity[p] = crate::pfem2::particles::interpolate_nodal(&shape, &mesh.elements()[e], &nodal);
     }
     let projected = plain(mesh, &particles, AveragingKernel::Linear);
     let rest = nodal.iter().zip(&projected.velocity.mean).zip(&projected.weight);
@@ -215,7 +215,7 @@ fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
             for p in 0..particles.len() {
                 let e = particles.element[p] as usize;
                 let shape = mesh.shape_functions(e, particles.position[p]);
-                particles.velocity[p] -= crate::pfem2::particles::correct::at(&shape, &mesh.elements()[e], &own);
+                particles.velocity[p] -= crate::pfem2::particles::interpolate_nodal(&shape, &mesh.elements()[e], &own);
             }
         }
         assert!(size(&particles) <= 2.0 * start, "{sample}: {}", size(&particles) / start);

@@ -17,7 +17,7 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::correct::at;
+use crate::pfem2::particles::interpolate_nodal;
 
 /// Most particles in an element.
 pub(super) const fn most<const D: usize>() -> usize {
@@ -70,7 +70,7 @@ pub fn refill<const D: usize, const N: usize>(
         for (place, fluid) in all.filter(|(_, fluid)| !fills_empty(*fluid)) {
             added += 1;
             let position = crate::pfem2::particles::interpolate(place, &corners);
-            particles.push(position, at(place, nodes, velocity), fluid, e as u32);
+            particles.push(position, interpolate_nodal(place, nodes, velocity), fluid, e as u32);
         }
     }
     if !poor.is_empty() {

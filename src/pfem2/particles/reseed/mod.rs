@@ -22,7 +22,7 @@ mod tests;
 pub use elements::refill;
 
 use super::convect::{End, MeshPoint, Streamlines, Walk};
-use super::correct::at;
+use super::interpolate_nodal;
 use super::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -109,19 +109,19 @@ enum Edit<const N: usize> {
 }
 
 impl<const D: usize> Particles<D> {
-    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `density` is that of sub-cells.
+    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `target` has the numbers of particles by which sub-cells are judged.
     pub fn reseed<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
         list: &PhaseList,
-        density: ParticleCounts,
+        target: ParticleCounts,
         origin: &ParticleSource<D, N>,
     ) -> Reseeded {
         self.group_by_element();
         let edits = |e: usize| {
             let own = self.by_element.of(e);
             match self.reseeding_of(list, own.iter().map(|&p| p as usize)) {
-                Reseeding::SubCells => self.edits(mesh, e, own, density),
+                Reseeding::SubCells => self.edits(mesh, e, own, target),
                 Reseeding::Elements => edits_of_element::<D, N>(e, own),
                 Reseeding::EmptyElements if own.is_empty() => edits_of_element::<D, N>(e, own),
                 Reseeding::EmptyElements => Vec::new(),
@@ -186,7 +186,7 @@ impl<const D: usize> Particles<D> {
         mesh: &Mesh<D, N>,
         element: usize,
         own: &[u32],
-        density: ParticleCounts,
+        target: ParticleCounts,
     ) -> Vec<Edit<N>> {
         let cells = |p: u32| sub_cells(&mesh.shape_functions(element, self.position[p as usize]));
         let mut count = [0usize; 8];
@@ -196,13 +196,13 @@ impl<const D: usize> Particles<D> {
         let mut edits = Vec::new();
         for (cell, &count) in count[..1 << D].iter().enumerate() {
             let place = MeshPoint { element, shape: center(cell) };
-            if count == 0 && own.len() < density.nominal {
+            if count == 0 && own.len() < target.nominal {
                 edits.push(Edit::Add(place));
             }
-            if count > density.most {
+            if count > target.most {
                 let members = own.iter().filter(|&&p| cells(p) >> cell & 1 == 1).map(|&p| p as usize);
                 let members = members.filter(|&p| !merges(&edits, p)).collect();
-                self.merge_closest(members, density.most, place.position(mesh), &mut edits);
+                self.merge_closest(members, target.most, place.position(mesh), &mut edits);
             }
         }
         edits
@@ -267,7 +267,7 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
         /// Times the time that it takes at the velocity of the place.
         const REACH: f64 = 2.0;
         let gradient = &mesh.simplex(place.element).gradient;
-        let velocity = at(&place.shape, &mesh.elements()[place.element], self.velocity);
+        let velocity = interpolate_nodal(&place.shape, &mesh.elements()[place.element], self.velocity);
         let outer =
             (0..N).filter(|&k| mesh.neighbour(place.element, k).is_none() && !self.lines.holds(place.element, k));
         let times = outer.map(|k| REACH * place.shape[k] / gradient[k].dot(velocity));
@@ -295,7 +295,8 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
             Some(newcomer) => (newcomer, true),
             None => {
                 let (fluid, depth) = (self.fluid)(&foot.place);
-                let velocity = at(&foot.place.shape, &mesh.elements()[foot.place.element], self.velocity);
+                let velocity =
+                    interpolate_nodal(&foot.place.shape, &mesh.elements()[foot.place.element], self.velocity);
                 (NewParticle { velocity, fluid, depth }, false)
             }
         }

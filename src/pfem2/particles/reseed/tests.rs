@@ -41,7 +41,7 @@ fn mirrored<const D: usize, const N: usize>(
     let surface = |x: Vector<D>| x[1] - 0.4 - 0.3 * x[0] * x[0];
     let mut particles = Particles::seed(mesh, per_edge, |x| Some(u8::from(surface(x) >= 0.0)), &flow);
     let mut set = LevelSet::new(mesh, 0, surface, &mut particles);
-    let density = ParticleCounts::new::<D>(particles.len() / mesh.elements().len());
+    let target = ParticleCounts::new::<D>(particles.len() / mesh.elements().len());
     let dt = 0.25;
     let mut done = [0, 0];
     for _ in 0..6 {
@@ -55,7 +55,7 @@ fn mirrored<const D: usize, const N: usize>(
             inflow: &inflow,
             is_fluid: &|_| true,
         };
-        let reseeded = particles.reseed(mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
+        let reseeded = particles.reseed(mesh, &PhaseList::fluids(&[1.0; 2]), target, &origin);
         done = [done[0] + reseeded.added, done[1] + reseeded.merged];
         set.update(&FluidRegion::whole(mesh), &mut particles, &[]);
     }
@@ -141,9 +141,9 @@ fn merging_keeps_centres_and_fluids() {
         inflow: &|_, _, _| None,
         is_fluid: &|_| true,
     };
-    let density = ParticleCounts { nominal: 15, most: 14 };
+    let target = ParticleCounts { nominal: 15, most: 14 };
     let before = particles.len();
-    let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
+    let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), target, &origin);
     assert!(done.merged > 0 && particles.len() == before - done.merged);
     for (x, (v, &fluid)) in particles.position.iter().zip(particles.velocity.iter().zip(&particles.phase)) {
         assert!((*x - *v).norm() < 1e-15 && fluid == u8::from(x[1] > 0.37));

@@ -12,7 +12,7 @@ use super::element::CoupledElement;
 use super::immersed::Immersed;
 use super::near_nodes::NearNodes;
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, Border, PressureCompliance, SparseMatrix};
+use crate::linalg::{BlockMatrix, Border, BorderedRows, BorderedVector, PressureCompliance, SparseMatrix};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
@@ -152,7 +152,8 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         (0..self.matrix.rows()).map(scale).collect()
     }
 
-    fn multiply(&self, (x, w): (&[[f64; N]], &[f64]), (rows, own): (&mut [[f64; N]], &mut [f64])) {
+    fn multiply(&self, x: BorderedVector<'_, N>, rows: BorderedRows<'_, N>) {
+        let (BorderedVector { mesh: x, border: w }, BorderedRows { mesh: rows, border: own }) = (x, rows);
         self.matrix.multiply(w, own);
         let velocity = self.velocities.added(w);
         let mut forces = vec![0.0; velocity.len()];

@@ -1,4 +1,4 @@
-//! How solids yield to pressure node by node, for the preconditioner of the fluid (theory (J.10c)).
+//! Compliance of solids to pressure node by node, for the preconditioner of the fluid (theory (J.10c)).
 //!
 //! ```text
 //! D_w = S_ww of nodes that move freely, infinite of others;      Z = E_p D⁻¹ F_p
@@ -23,10 +23,10 @@ pub(super) fn compliance<const D: usize, const N: usize>(
 ) -> PressureCompliance {
     let free: Vec<Vec<FreeCoupling>> =
         couplings.iter().map(|coupling| free_couplings(coupling, velocities, diagonal)).collect();
-    let mut yielding = vec![0.0; diagonal.len()];
+    let mut inverse_diagonal = vec![0.0; diagonal.len()];
     let mut sums = vec![0.0; diagonal.len()];
     for &(w, _, force) in free.iter().flatten() {
-        yielding[w as usize] = diagonal[w as usize].recip();
+        inverse_diagonal[w as usize] = diagonal[w as usize].recip();
         sums[w as usize] += force;
     }
     let place: HashMap<u32, usize> = couplings.iter().enumerate().map(|(k, coupling)| (coupling.node, k)).collect();
@@ -42,7 +42,7 @@ pub(super) fn compliance<const D: usize, const N: usize>(
         }
         entries.push((coupling.node, coupling.node, left.max(0.0)));
     }
-    PressureCompliance { yielding, entries }
+    PressureCompliance { inverse_diagonal, entries }
 }
 
 /// Couplings of a node to velocities of nodes that move freely, ascending.
@@ -84,7 +84,7 @@ mod tests {
 
     /// Two nodes of the fluid at one free node of a solid, a third one too, in no element with the first.
     #[test]
-    fn what_lies_beyond_an_element_counts_on_the_diagonal() {
+    fn compliance_between_nodes_without_a_common_element_is_lumped_on_the_diagonal() {
         let pattern = Pattern::new(4, &[[0u32, 1, 3], [1, 2, 3]]);
         let coupling = |node: u32, flux: f64| NodeCoupling::<2, 3> {
             node,
@@ -97,7 +97,7 @@ mod tests {
         let first = velocities.add(&[0.0, 0.0]);
         (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
         let found = compliance(&couplings, &velocities, &[5.0, 10.0], &pattern);
-        assert_eq!(found.yielding, [0.2, 0.1]);
+        assert_eq!(found.inverse_diagonal, [0.2, 0.1]);
         let sum = |i: u32, j: u32| -> f64 { found.entries.iter().filter(|e| (e.0, e.1) == (i, j)).map(|e| e.2).sum() };
         let rows = [[0.4, 0.2, 0.0], [0.2, 0.4, 0.6], [0.0, 0.6, 1.2]];
         for (i, row) in rows.iter().enumerate() {

@@ -17,8 +17,8 @@ use super::element::{CoupledElement, Follows, Unknown, VertexVelocities};
 use super::fluid_part::{FluidPart, PartGeometry};
 use super::walls::wall_facets;
 use crate::math::Vector;
+use crate::math::dense::inverse_of_semidefinite;
 use crate::pfem2::equations::element::{Equations, Stabilisation};
-use crate::pfem2::interface::inverse;
 
 /// A row of K_es, or a column of K_se, in the unknowns of an element.
 struct EnrichedRow<const D: usize, const N: usize> {
@@ -116,7 +116,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
 
     /// K̂ = K_ss − K_se K_ee⁻¹ K_es and f̂ = f_s − K_se K_ee⁻¹ f_e: Becker (32), (33), theory (G.17).
     fn condense(self, element: &mut CoupledElement<D, N>) {
-        let inverse = inverse(self.matrix);
+        let inverse = inverse_of_semidefinite(self.matrix);
         for (k, column) in self.columns.iter().enumerate() {
             let amount: f64 = inverse[k].iter().zip(&self.load).map(|(entry, load)| entry * load).sum();
             element.add_enriched_load(&column.nodes, &column.solid, amount);

@@ -9,11 +9,11 @@ use crate::math::Vector;
 /// A point of numerical integration, with the shape functions of all nodes there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GaussPoint {
-    /// Its weight: 2 per axis in sum.
+    /// Weight of the point: 2 per axis in sum.
     pub weight: f64,
     /// Shape functions N_a.
     pub shape: Vec<f64>,
-    /// Their slopes ∂N_a/∂ξ, padded with zeros.
+    /// Slopes ∂N_a/∂ξ of the shape functions, padded with zeros.
     pub slopes: Vec<[f64; 3]>,
 }
 
@@ -69,7 +69,7 @@ pub fn shape_functions(local: &[f64]) -> Vec<f64> {
     (0..3usize.pow(local.len() as u32)).map(shape).collect()
 }
 
-/// Their slopes ∂N_a/∂ξ, padded with zeros.
+/// Slopes ∂N_a/∂ξ of the shape functions, padded with zeros.
 pub fn shape_slopes(local: &[f64]) -> Vec<[f64; 3]> {
     let values: Vec<[f64; 3]> = local.iter().map(|&x| lagrange(x)).collect();
     let slopes: Vec<[f64; 3]> = local.iter().map(|&x| lagrange_slopes(x)).collect();

@@ -73,7 +73,7 @@ fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 /// Part of a vector that is orthogonal to orthonormal ones, as a unit vector with its length; `None` if it is rounding.
 fn rest(vector: [f64; 6], basis: &[[f64; 6]]) -> Option<([f64; 6], f64)> {
     /// Less than this is rounding.
-    const NOTHING: f64 = 1e-7;
+    const LEAST_REST: f64 = 1e-7;
     let size = dot(&vector, &vector).sqrt();
     let mut left = vector;
     // Twice, for orthogonality to rounding.
@@ -82,7 +82,7 @@ fn rest(vector: [f64; 6], basis: &[[f64; 6]]) -> Option<([f64; 6], f64)> {
         left.iter_mut().zip(other).for_each(|(left, other)| *left -= along * other);
     }
     let length = dot(&left, &left).sqrt();
-    (length > NOTHING * size).then(|| (left.map(|x| x / length), length))
+    (length > LEAST_REST * size).then(|| (left.map(|x| x / length), length))
 }
 
 impl Freedom {

@@ -25,9 +25,9 @@ use std::ops::Range;
 /// A rigid solid.
 #[derive(Debug)]
 pub struct RigidBody {
-    /// Its place among the solids.
+    /// Number of the solid among all.
     pub solid: usize,
-    /// Its nodes among those of all solids.
+    /// Nodes of the solid among those of all solids.
     pub nodes: Range<usize>,
     /// Mass [kg].
     pub mass: f64,
@@ -57,7 +57,7 @@ pub struct RigidState {
     pub acceleration: [Vector<3>; 2],
     /// L about the centre of mass [kg m²/s].
     pub momentum: Vector<3>,
-    /// Its rate at the end of the last steps [N m].
+    /// Rate of the angular momentum at the end of the last steps [N m].
     pub torque: [Vector<3>; 2],
 }
 
@@ -283,12 +283,12 @@ impl RigidBody {
     /// The entries of the row of T of a node along an axis about a prediction, and v̄ [m/s].
     pub fn row(&self, prediction: &RigidPrediction, node: usize, axis: usize) -> (Vec<(u32, f64)>, f64) {
         /// Less than this of the largest is rounding: the node is held.
-        const NOTHING: f64 = 1e-12;
+        const LEAST_RATE: f64 = 1e-12;
         let arm = prediction.rotation.apply(self.arms[node]);
         let Freedom { particular, free, .. } = &prediction.freedom;
         let size = |rates: &RigidRates| rates.velocity.norm() + rates.spin.norm() * arm.norm();
         let entries = (prediction.first..).zip(free).map(|(column, rates)| (column, rates.at(arm)[axis], size(rates)));
-        let entries = entries.filter(|(_, value, size)| value.abs() > NOTHING * size);
+        let entries = entries.filter(|(_, value, size)| value.abs() > LEAST_RATE * size);
         (entries.map(|(column, value, _)| (column, value)).collect(), particular.at(arm)[axis])
     }
 
@@ -297,8 +297,9 @@ impl RigidBody {
         RigidRates { velocity: rates.velocity * self.mass, spin: prediction.inertia.apply(rates.spin) }
     }
 
-    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ and α.
-    pub fn inertial(&self, prediction: &RigidPrediction, [delta, damping]: [f64; 2], rates: &RigidRates) -> RigidRates {
+    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ = `delta` [s]
+    /// and α = `damping` [1/s].
+    pub fn inertial(&self, prediction: &RigidPrediction, delta: f64, damping: f64, rates: &RigidRates) -> RigidRates {
         let RigidRates { velocity, spin } = self.momenta(prediction, rates);
         let rate = delta.recip() + damping;
         RigidRates {
@@ -307,11 +308,12 @@ impl RigidBody {
         }
     }
 
-    /// Force and torque that accelerations ask for about a prediction [N, N m], M q̇ (1 + α Δ), with Δ and α.
+    /// Force and torque that accelerations ask for about a prediction [N, N m], M q̇ (1 + α Δ), with Δ = `delta` [s] and α = `damping` [1/s].
     pub fn inertia_of(
         &self,
         prediction: &RigidPrediction,
-        [delta, damping]: [f64; 2],
+        delta: f64,
+        damping: f64,
         accelerations: &RigidRates,
     ) -> RigidRates {
         let RigidRates { velocity, spin } = self.momenta(prediction, accelerations);
@@ -319,11 +321,16 @@ impl RigidBody {
         RigidRates { velocity: velocity * factor, spin: spin * factor }
     }
 
-    /// Adds M_r and h along the independent velocities, with Δ and α.
-    pub fn add_inertia(&self, prediction: &RigidPrediction, coefficients: [f64; 2], inertia: &mut IndependentInertia) {
-        let [delta, damping] = coefficients;
+    /// Adds M_r and h along the independent velocities, with Δ = `delta` [s] and α = `damping` [1/s].
+    pub fn add_inertia(
+        &self,
+        prediction: &RigidPrediction,
+        delta: f64,
+        damping: f64,
+        inertia: &mut IndependentInertia,
+    ) {
         let Freedom { particular, free, .. } = &prediction.freedom;
-        let start = self.inertial(prediction, coefficients, particular);
+        let start = self.inertial(prediction, delta, damping, particular);
         for (row, left) in (prediction.first..).zip(free) {
             inertia.loads.push((row, -left.dot(&start)));
             for (column, right) in (prediction.first..).zip(free) {
@@ -338,12 +345,13 @@ impl RigidBody {
         prediction.rotation.apply(self.arms[node])
     }
 
-    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave
-    /// free.
+    /// The accelerations that forces on nodes [N] give the solid about a prediction, with Δ = `delta` [s] and α = `damping` [1/s], along what supports
+    /// leave free.
     pub fn accelerations(
         &self,
         prediction: &RigidPrediction,
-        [delta, damping]: [f64; 2],
+        delta: f64,
+        damping: f64,
         forces: impl Iterator<Item = (usize, Vector<3>)>,
     ) -> RigidRates {
         let mut force = RigidRates::default();

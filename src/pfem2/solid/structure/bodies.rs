@@ -104,7 +104,8 @@ impl<const D: usize> Structure<D> {
         let (loads, all) = (forces(&|_| Vector::ZERO), forces(&at));
         let missing = equations.missing(velocity);
         let of_node = |a: usize| Vector::from_fn(|axis| velocity[a * D + axis]);
-        let way = self.way(prediction, |a| prediction.displacement_hat[a] + of_node(a) * step.delta());
+        let way =
+            self.increment_from_prediction(prediction, |a| prediction.displacement_hat[a] + of_node(a) * step.delta());
         let followed = self.pressure_changes(step.end(), prediction, &way);
         let supports = |k: usize| missing[k] - fluid[k / D][k % D] + loads[k] + followed[k / D][k % D];
         let power = |force: &dyn Fn(usize) -> f64| (0..loads.len()).map(|k| force(k) * velocity[k]).sum::<f64>();

@@ -173,7 +173,7 @@ impl<const D: usize> Structure<D> {
             }
             let own = own.map(|&(node, force)| (node - body.nodes.start, Vector(force.to3())));
             let damping = self.setups[body.solid].damping.mass;
-            let given = body.accelerations(prediction, [delta, damping], own);
+            let given = body.accelerations(prediction, delta, damping, own);
             body.take_out(state, prediction, &given);
             for node in body.nodes.clone() {
                 let own = given.at(body.arm(prediction, node - body.nodes.start));
@@ -186,7 +186,7 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn rigid_inertia(&self, delta: f64, prediction: &Prediction<D>) -> IndependentInertia {
         let mut inertia = IndependentInertia::default();
         for (body, prediction) in self.rigid.iter().zip(&prediction.rigid) {
-            body.add_inertia(prediction, [delta, self.setups()[body.solid].damping.mass], &mut inertia);
+            body.add_inertia(prediction, delta, self.setups()[body.solid].damping.mass, &mut inertia);
         }
         inertia
     }
@@ -195,7 +195,7 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn rigid_power(&self, delta: f64, prediction: &Prediction<D>, w: &[f64]) -> f64 {
         let power = |(body, prediction): (&RigidBody, &RigidPrediction)| {
             let rates = prediction.rates(w);
-            body.inertial(prediction, [delta, self.setups()[body.solid].damping.mass], &rates).dot(&rates)
+            body.inertial(prediction, delta, self.setups()[body.solid].damping.mass, &rates).dot(&rates)
         };
         self.rigid.iter().zip(&prediction.rigid).map(power).sum()
     }
@@ -209,8 +209,8 @@ impl<const D: usize> Structure<D> {
     ) -> HoldingForce<D> {
         let HeldStep { delta, prediction, solved, .. } = step;
         let inertial = |(body, prediction): (&RigidBody, &RigidPrediction)| {
-            let coefficients = [*delta, self.setups()[solid].damping.mass];
-            body.inertial(prediction, coefficients, &prediction.rates(solved.independent))
+            let damping = self.setups()[solid].damping.mass;
+            body.inertial(prediction, *delta, damping, &prediction.rates(solved.independent))
         };
         self.rigid_force(solid, prediction, about, inertial)
     }
@@ -223,10 +223,10 @@ impl<const D: usize> Structure<D> {
         about: Vector<D>,
         impulses: &[(usize, Vector<D>)],
     ) -> HoldingForce<D> {
-        let coefficients = [step.delta, self.setups()[solid].damping.mass];
+        let (delta, damping) = (step.delta, self.setups()[solid].damping.mass);
         self.rigid_force(solid, step.prediction, about, |(body, prediction)| {
             let own = impulses.iter().map(|&(node, force)| (node - body.nodes.start, Vector(force.to3())));
-            body.inertia_of(prediction, coefficients, &body.accelerations(prediction, coefficients, own))
+            body.inertia_of(prediction, delta, damping, &body.accelerations(prediction, delta, damping, own))
         })
     }
 

@@ -33,9 +33,9 @@ pub struct ElementFault<const D: usize> {
 
 /// A Gauss point of a deformed element.
 pub(in crate::pfem2::solid) struct Deformed<const D: usize> {
-    /// Its place in the reference state [m].
+    /// Place of the Gauss point in the reference state [m].
     pub place: Vector<D>,
-    /// Its volume in the reference state [m³].
+    /// Volume of the Gauss point in the reference state [m³].
     pub volume: f64,
     /// The deformation gradient, with that of the third direction.
     pub deformation: Tensor<3>,
@@ -47,7 +47,7 @@ pub(in crate::pfem2::solid) struct Deformed<const D: usize> {
 pub(super) struct ReferencePoint<const D: usize> {
     /// G_a [1/m].
     pub gradients: Vec<Vector<D>>,
-    /// Its volume [m³].
+    /// Volume of the Gauss point [m³].
     pub volume: f64,
 }
 

@@ -23,7 +23,7 @@ impl<const D: usize> Structure<D> {
             return Ok(0.0);
         }
         let quasi_static = self.by_node(|setup| 1.0 - setup.inertia_rate(1.0));
-        let way = self.way(prediction, |a| self.state.displacement[a]);
+        let way = self.increment_from_prediction(prediction, |a| self.state.displacement[a]);
         let mut linear = vec![Vector::ZERO; way.len()];
         self.visit_step(prediction, |_, nodes, forces| {
             for (a, &row) in nodes.iter().enumerate() {
@@ -74,8 +74,8 @@ impl<const D: usize> Structure<D> {
         change
     }
 
-    /// The way from u* to a displacement of each node [m].
-    pub(in crate::pfem2::solid) fn way(
+    /// The increment from u* to a displacement of each node [m].
+    pub(in crate::pfem2::solid) fn increment_from_prediction(
         &self,
         prediction: &Prediction<D>,
         to: impl Fn(usize) -> Vector<D>,

@@ -234,7 +234,7 @@ impl<const D: usize> Structure<D> {
 
     /// û − u* of all nodes [m].
     fn displacement_offsets(&self, prediction: &Prediction<D>) -> Vec<Vector<D>> {
-        self.way(prediction, |a| prediction.displacement_hat[a])
+        self.increment_from_prediction(prediction, |a| prediction.displacement_hat[a])
     }
 
     /// Ends a step with the implicit part `delta` [s] and the independent velocities that its equations gave.

@@ -17,7 +17,7 @@ const FREE: f64 = 1e-6;
 pub struct NaturalMode<const D: usize> {
     /// The solid that has most of its kinetic energy.
     pub solid: usize,
-    /// Its period [s]; infinite for a motion without stiffness.
+    /// Period of the mode [s]; infinite for a motion without stiffness.
     pub period: f64,
     /// φ at the nodes of all solids, φ·M φ = 1 [kg^−½].
     pub shape: Vec<Vector<D>>,

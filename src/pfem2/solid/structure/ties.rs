@@ -14,7 +14,7 @@ use crate::pfem2::solid::surface::SolidSurface;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Nodes nearer than this to a facet, over its size, lie on it.
-const NEAR: f64 = 0.01;
+const DISTANCE_ON_FACET: f64 = 0.01;
 
 /// Shape functions below this are rounding of nodes that coincide.
 const ROUNDING: f64 = 1e-9;
@@ -83,7 +83,7 @@ impl Ties {
         let mut count = 0;
         for &node in outer {
             let Some((foot, size)) = surface.foot_and_size(other, nodes[node as usize]) else { continue };
-            if foot.distance.abs() > NEAR * size {
+            if foot.distance.abs() > DISTANCE_ON_FACET * size {
                 continue;
             }
             count += 1;

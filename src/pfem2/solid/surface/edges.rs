@@ -38,7 +38,7 @@ pub struct EdgeEnd<const D: usize> {
 pub struct EdgePiece<const D: usize> {
     /// The three global nodes of the edge.
     nodes: [u32; 3],
-    /// Its two ends.
+    /// Two ends of the edge.
     pub ends: [EdgeEnd<D>; 2],
     /// Mean of the normals of the facets that meet there.
     pub normal: Vector<D>,

@@ -151,11 +151,11 @@ impl<const D: usize> SurfaceFacet<D> {
     fn accepted(&self, p: Vector<D>, local: [f64; 2], step: [f64; 2], squared: f64) -> [f64; 2] {
         const HALVINGS: usize = 12;
         /// The square of the distance doesn't tell shorter steps from rounding.
-        const SHORT: f64 = 1e-6;
+        const SHORTEST_STEP: f64 = 1e-6;
         let mut factor = 1.0;
         for _ in 0..HALVINGS {
             let next: [f64; 2] = std::array::from_fn(|k| (local[k] + factor * step[k]).clamp(-1.0, 1.0));
-            let short = (0..2).all(|k| (next[k] - local[k]).abs() < SHORT);
+            let short = (0..2).all(|k| (next[k] - local[k]).abs() < SHORTEST_STEP);
             if short || (self.position(next) - p).norm_squared() <= squared {
                 return next;
             }

@@ -94,9 +94,9 @@ impl<const D: usize> SolidSurface<D> {
         /// Beyond the nodes by less than this part of the facet's size, these tell enough.
         const CLEAR: f64 = 1e-6;
         /// Distance of the place that sees the facet from below, over its size.
-        const FAR: f64 = 1e3;
+        const DISTANCE_BELOW: f64 = 1e3;
         let own = &self.facets[facet as usize];
-        let below = self.positions[own.nodes[0] as usize] - up * (FAR * own.size());
+        let below = self.positions[own.nodes[0] as usize] - up * (DISTANCE_BELOW * own.size());
         let local = own.nearest(below, f64::INFINITY)?.local;
         let x = own.position(local);
         let nodes = own.nodes.iter().map(|&node| self.positions[node as usize].dot(up));

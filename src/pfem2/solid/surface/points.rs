@@ -9,9 +9,9 @@ pub(in crate::pfem2::solid) struct FacetPoint<const D: usize> {
     pub position: Vector<D>,
     /// n dA [m²], away from the solid.
     pub area: Vector<D>,
-    /// Its coordinates, in −1..=1.
+    /// Coordinates of the point, in −1..=1.
     pub local: [f64; 2],
-    /// Its weight, 2 per axis in sum.
+    /// Weight of the point, 2 per axis in sum.
     pub share: f64,
     /// Shape functions of the global nodes.
     pub weights: NodeWeights,

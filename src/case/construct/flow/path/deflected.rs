@@ -12,7 +12,7 @@
 //! bent to a quarter of a circle has moved its end by 2 L/π; flags and beams behind cylinders swing by up to a quarter of their length, no
 //! faster than the stream.
 
-use super::{Placement, Stream, Surroundings, largest, longest_side, nodes_of};
+use super::{AmbientStream, Placement, SolidSurroundings, largest, longest_side, nodes_of};
 use crate::case::InitialStateSpec;
 use crate::math::Vector;
 use crate::pfem2::solid::setup::Inertia;
@@ -39,8 +39,8 @@ struct Deflection<const D: usize> {
     multiples: [f64; 2],
 }
 
-/// Modes of all solids, and the solid that is looked at.
-struct Solid<'a, const D: usize> {
+/// An elastic solid with supports, among the modes of all solids.
+struct SupportedSolid<'a, const D: usize> {
     structure: &'a Structure<D>,
     modes: &'a [NaturalMode<D>],
     own: Vec<&'a NaturalMode<D>>,
@@ -55,12 +55,12 @@ pub(super) fn placements<const D: usize, const N: usize>(
     structure: &Structure<D>,
     modes: &[NaturalMode<D>],
     number: usize,
-    around: &Surroundings<D, N>,
-    stream: Option<&Stream<D>>,
+    around: &SolidSurroundings<D, N>,
+    stream: Option<&AmbientStream<D>>,
 ) -> Vec<Placement<D>> {
     let own = modes.iter().filter(|mode| mode.solid == number && mode.period.is_finite()).take(SHAKEN).collect();
     let (length, span) = (longest_side(&structure.setups()[number]), around.file.time.end);
-    let solid = Solid { structure, modes, own, number, length, span };
+    let solid = SupportedSolid { structure, modes, own, number, length, span };
     let nodes = nodes_of(structure, number);
     let deflections = solid.loaded(around).into_iter().chain(solid.swinging());
     let deflections = deflections.chain(stream.into_iter().flat_map(|stream| solid.in_stream(stream)));
@@ -72,9 +72,9 @@ pub(super) fn placements<const D: usize, const N: usize>(
     parts.chain(carried(structure, number, around)).collect()
 }
 
-impl<const D: usize> Solid<'_, D> {
-    /// Under loads and weight, the largest deflection and the one that is most opposite to it.
-    fn loaded<const N: usize>(&self, around: &Surroundings<D, N>) -> Vec<Deflection<D>> {
+impl<const D: usize> SupportedSolid<'_, D> {
+    /// Deflections under loads and weight: the largest, and the one that is most opposite to it.
+    fn loaded<const N: usize>(&self, around: &SolidSurroundings<D, N>) -> Vec<Deflection<D>> {
         let at = |k: usize| {
             let t = self.span * k as f64 / TIMES as f64;
             let displacement = self.bounded(deflection(self.modes, &self.forces(around, t))?)?;
@@ -95,14 +95,14 @@ impl<const D: usize> Solid<'_, D> {
     }
 
     /// Forces of loads and of weight less buoyancy [N].
-    fn forces<const N: usize>(&self, around: &Surroundings<D, N>, t: f64) -> Vec<Vector<D>> {
+    fn forces<const N: usize>(&self, around: &SolidSurroundings<D, N>, t: f64) -> Vec<Vector<D>> {
         let setups = self.structure.setups();
         self.structure
             .loads(t, |solid, x| around.gravity(x, t) * (1.0 - around.density(x) / setups[solid].law.density()))
     }
 
     /// Deflection over that at rest where the loads at the start begin to act: that of an oscillator, 1 − cos ω t.
-    fn overshoot<const N: usize>(&self, around: &Surroundings<D, N>) -> f64 {
+    fn overshoot<const N: usize>(&self, around: &SolidSurroundings<D, N>) -> f64 {
         let at_rest = self.structure.setups()[self.number].inertia == Inertia::QuasiStatic;
         if at_rest || around.file.pfem2.start != InitialStateSpec::Given {
             return 1.0;
@@ -110,14 +110,14 @@ impl<const D: usize> Solid<'_, D> {
         1.0 - self.own.first().map_or(PI, |mode| (mode.frequency() * self.span).min(PI)).cos()
     }
 
-    /// From its velocity at the start.
+    /// Swing from the velocity at the start.
     fn swinging(&self) -> Option<Deflection<D>> {
         let displacement = self.bounded(swing(self.modes, &self.structure.momenta(), self.span)?)?;
         Some(Deflection { displacement, multiples: [-1.0, 1.0] })
     }
 
-    /// Bent by a stream, and shaken by it.
-    fn in_stream(&self, stream: &Stream<D>) -> Vec<Deflection<D>> {
+    /// Deflections by which a stream bends the solid, and with which it shakes it.
+    fn in_stream(&self, stream: &AmbientStream<D>) -> Vec<Deflection<D>> {
         let bent = |e: &Vector<D>| {
             let drag = |area: Vector<D>| area * stream.pressure();
             let forces: Vec<_> = self.structure.frontal_shares(self.number, *e).into_iter().map(drag).collect();
@@ -142,11 +142,11 @@ impl<const D: usize> Solid<'_, D> {
     }
 }
 
-/// Where supports that move carry a solid: all of it as they move on average.
+/// Placements to which supports that move carry a solid: all of it as they move on average.
 fn carried<const D: usize, const N: usize>(
     structure: &Structure<D>,
     number: usize,
-    around: &Surroundings<D, N>,
+    around: &SolidSurroundings<D, N>,
 ) -> Vec<Placement<D>> {
     let setup = &structure.setups()[number];
     let held = || {

@@ -9,7 +9,7 @@
 //!
 //! It ends its way along an axis at the box around the mesh. Turns that nothing prescribes are left out.
 
-use super::{Placement, Stream, Surroundings, extent, longest_side, nodes_of};
+use super::{AmbientStream, Placement, SolidSurroundings, extent, longest_side, nodes_of};
 use crate::math::{Signal, Tensor, Vector};
 use crate::pfem2::solid::rigid::turned_by;
 use crate::pfem2::solid::setup::SolidSetup;
@@ -27,19 +27,19 @@ const APART: [f64; 2] = [0.1, 0.005];
 /// Parts of a displacement on springs that are looked at.
 const PARTS: usize = 16;
 
-/// What moves a solid along an axis.
-enum Drive {
-    /// A prescribed velocity, at a place.
-    Led(Signal, [f64; 3]),
-    /// Forces, and a spring [N/m].
+/// Motion of a solid along an axis.
+enum AxisMotion {
+    /// By a prescribed velocity, at a place.
+    Prescribed(Signal, [f64; 3]),
+    /// By forces, and a spring of this stiffness [N/m].
     Free(f64),
 }
 
-impl Drive {
-    /// Of the spring; zero without one [N/m].
+impl AxisMotion {
+    /// Stiffness of the spring; zero without one [N/m].
     fn stiffness(&self) -> f64 {
         match self {
-            Self::Led(..) => 0.0,
+            Self::Prescribed(..) => 0.0,
             Self::Free(stiffness) => *stiffness,
         }
     }
@@ -48,15 +48,15 @@ impl Drive {
 /// A solid that flies.
 struct Flight<'a, const D: usize, const N: usize> {
     setup: &'a SolidSetup<D>,
-    around: &'a Surroundings<'a, D, N>,
+    around: &'a SolidSurroundings<'a, D, N>,
     /// Shares of the nodes in its mass.
     shares: Vec<f64>,
     mass: f64,
     center: Vector<D>,
     velocity: Vector<D>,
-    drives: [Drive; D],
-    /// Displacements along each axis that keep it in the box around the mesh [m].
-    room: [[f64; 2]; D],
+    axes: [AxisMotion; D],
+    /// Least and largest displacement along each axis with which the solid stays in the box around the mesh [m].
+    range: [[f64; 2]; D],
 }
 
 /// Displacement of the centre of mass, and rotation about it.
@@ -66,12 +66,12 @@ struct Pose<const D: usize> {
     rotation: Tensor<3>,
 }
 
-/// Places that a solid is likely to come to.
+/// Placements of a solid that it is likely to come to.
 pub(super) fn placements<const D: usize, const N: usize>(
     structure: &Structure<D>,
     number: usize,
-    around: &Surroundings<D, N>,
-    stream: Option<&Stream<D>>,
+    around: &SolidSurroundings<D, N>,
+    stream: Option<&AmbientStream<D>>,
 ) -> Vec<Placement<D>> {
     let flight = Flight::new(structure, number, around);
     if flight.is_held() {
@@ -95,12 +95,12 @@ pub(super) fn followed<const D: usize>(end: f64, velocity: impl Fn(f64) -> Vecto
 }
 
 impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
-    fn new(structure: &'a Structure<D>, number: usize, around: &'a Surroundings<'a, D, N>) -> Self {
+    fn new(structure: &'a Structure<D>, number: usize, around: &'a SolidSurroundings<'a, D, N>) -> Self {
         let (setup, nodes) = (&structure.setups()[number], nodes_of(structure, number));
         let masses = structure.nodal_masses()[nodes.clone()].to_vec();
         let mass: f64 = masses.iter().sum();
         let mean = |of: &[Vector<D>]| of.iter().zip(&masses).map(|(x, m)| *x * (m / mass)).sum::<Vector<D>>();
-        let room = |axis: usize| {
+        let range = |axis: usize| {
             let ([lower, upper], [least, most]) = (extent(&setup.mesh.nodes, axis), extent(around.mesh.nodes(), axis));
             [(least - lower).min(0.0), (most - upper).max(0.0)]
         };
@@ -110,27 +110,27 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
             mass,
             center: mean(&setup.mesh.nodes),
             velocity: mean(&structure.state.velocity[nodes]),
-            drives: std::array::from_fn(|axis| drive(setup, axis)),
-            room: std::array::from_fn(room),
+            axes: std::array::from_fn(|axis| axis_motion(setup, axis)),
+            range: std::array::from_fn(range),
             shares: masses.iter().map(|m| m / mass).collect(),
         }
     }
 
-    /// True if nothing moves it.
+    /// True if nothing moves the solid.
     fn is_held(&self) -> bool {
-        let still = |drive: &Drive| matches!(drive, Drive::Led(velocity, _) if velocity.is_zero());
-        self.drives.iter().all(still) && self.setup.motion.spin.iter().flatten().all(Signal::is_zero)
+        let still = |motion: &AxisMotion| matches!(motion, AxisMotion::Prescribed(velocity, _) if velocity.is_zero());
+        self.axes.iter().all(still) && self.setup.motion.spin.iter().flatten().all(Signal::is_zero)
     }
 
-    /// Its way, with a velocity that is added to that at the start along axes where nothing leads or holds it [m/s].
+    /// Poses along the way of the solid, with a velocity that is added to that at the start along axes where nothing leads or holds it [m/s].
     fn poses(&self, with: Vector<D>) -> Vec<Pose<D>> {
         let (count, dt) = self.steps();
-        let is_loose = |axis: usize| matches!(self.drives[axis], Drive::Free(0.0));
+        let is_loose = |axis: usize| matches!(self.axes[axis], AxisMotion::Free(0.0));
         let mut velocity = self.velocity + Vector::from_fn(|axis| if is_loose(axis) { with[axis] } else { 0.0 });
         let mut pose = Pose { shift: Vector::ZERO, rotation: Tensor::identity() };
         let (mut kept, mut farthest) = (vec![pose], pose);
         for k in 0..count {
-            self.advance(&mut pose, &mut velocity, [(k as f64 + 0.5) * dt, dt]);
+            self.advance(&mut pose, &mut velocity, (k as f64 + 0.5) * dt, dt);
             if self.is_apart(&pose, &kept[kept.len() - 1]) {
                 kept.push(pose);
             }
@@ -145,21 +145,21 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
     /// Number and length [s] of the steps of a flight: to the end of the run, or over many swings.
     fn steps(&self) -> (usize, f64) {
         let end = self.around.file.time.end;
-        let omega = (self.drives.iter().map(Drive::stiffness).fold(0.0, f64::max) / self.mass).sqrt();
+        let omega = (self.axes.iter().map(AxisMotion::stiffness).fold(0.0, f64::max) / self.mass).sqrt();
         let count = ((PER_RADIAN * omega * end) as usize).clamp(STEPS[0], STEPS[1]);
         (count, (end / count as f64).min(1.0 / (PER_RADIAN * omega)))
     }
 
     /// A step of `dt` [s] with its middle at `t` [s].
-    fn advance(&self, pose: &mut Pose<D>, velocity: &mut Vector<D>, [t, dt]: [f64; 2]) {
+    fn advance(&self, pose: &mut Pose<D>, velocity: &mut Vector<D>, t: f64, dt: f64) {
         let force = self.acceleration(pose.shift, t);
-        for (axis, drive) in self.drives.iter().enumerate() {
-            match drive {
-                Drive::Led(led, place) => velocity[axis] = led.value(*place, t),
-                Drive::Free(k) => velocity[axis] += dt * (force[axis] - k / self.mass * pose.shift[axis]),
+        for (axis, motion) in self.axes.iter().enumerate() {
+            match motion {
+                AxisMotion::Prescribed(led, place) => velocity[axis] = led.value(*place, t),
+                AxisMotion::Free(k) => velocity[axis] += dt * (force[axis] - k / self.mass * pose.shift[axis]),
             }
             pose.shift[axis] += dt * velocity[axis];
-            let inside = pose.shift[axis].clamp(self.room[axis][0], self.room[axis][1]);
+            let inside = pose.shift[axis].clamp(self.range[axis][0], self.range[axis][1]);
             if inside != pose.shift[axis] {
                 (pose.shift[axis], velocity[axis]) = (inside, 0.0);
             }
@@ -175,7 +175,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
         (pose.shift - last.shift).norm() + turned * length > (APART[0] * length).max(APART[1] * mesh)
     }
 
-    /// Of weight less buoyancy [m/s²].
+    /// Acceleration by weight less buoyancy, at a displacement [m] and a time [s] [m/s²].
     fn acceleration(&self, shift: Vector<D>, t: f64) -> Vector<D> {
         let gravity = self.around.gravity(self.center + shift, t);
         if gravity == Vector::ZERO {
@@ -191,10 +191,10 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
         gravity * (1.0 - fluid / self.setup.law.density())
     }
 
-    /// To and fro on springs in a stream.
-    fn on_springs(&self, structure: &Structure<D>, number: usize, stream: &Stream<D>) -> Vec<Pose<D>> {
-        let along = |(axis, drive): (usize, &Drive)| {
-            let stiffness = drive.stiffness();
+    /// Poses of a solid that goes to and fro on its springs in a stream.
+    fn on_springs(&self, structure: &Structure<D>, number: usize, stream: &AmbientStream<D>) -> Vec<Pose<D>> {
+        let along = |(axis, motion): (usize, &AxisMotion)| {
+            let stiffness = motion.stiffness();
             let e = Vector::<D>::unit(axis);
             let area = structure.frontal_shares(number, e).into_iter().sum::<Vector<D>>().dot(e);
             let fastest = stream.speed * (self.mass / stiffness).sqrt().min(self.around.file.time.end);
@@ -203,7 +203,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
             let pose = move |part: f64| Pose { shift: e * (part * most), rotation: Tensor::identity() };
             (stiffness > 0.0).then(|| parts.map(pose).collect::<Vec<_>>())
         };
-        self.drives.iter().enumerate().filter_map(along).flatten().collect()
+        self.axes.iter().enumerate().filter_map(along).flatten().collect()
     }
 
     fn placement(&self, pose: &Pose<D>) -> Placement<D> {
@@ -215,14 +215,14 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
     }
 }
 
-/// What moves a solid along an axis: of several the prescribed motion, then the first support.
-fn drive<const D: usize>(setup: &SolidSetup<D>, axis: usize) -> Drive {
+/// Motion of a solid along an axis: where several things prescribe it that of the solid, then that of the first support.
+fn axis_motion<const D: usize>(setup: &SolidSetup<D>, axis: usize) -> AxisMotion {
     if let Some(velocity) = &setup.motion.velocity[axis] {
-        return Drive::Led(velocity.clone(), [0.0; 3]);
+        return AxisMotion::Prescribed(velocity.clone(), [0.0; 3]);
     }
     let held = setup.held.iter().find_map(|held| Some((held.velocity[axis].clone()?, *held.nodes.first()?)));
     match held {
-        Some((velocity, node)) => Drive::Led(velocity, setup.mesh.nodes[node as usize].to3()),
-        None => Drive::Free(setup.springs.iter().map(|spring| spring.stiffness[axis]).sum()),
+        Some((velocity, node)) => AxisMotion::Prescribed(velocity, setup.mesh.nodes[node as usize].to3()),
+        None => AxisMotion::Free(setup.springs.iter().map(|spring| spring.stiffness[axis]).sum()),
     }
 }

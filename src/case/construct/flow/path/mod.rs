@@ -24,30 +24,22 @@ use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;
 pub(in crate::case) use resolution::{MeshSizes, PathResolution, shown};
 use std::ops::Range;
-use stream::Stream;
+use stream::AmbientStream;
 
-/// What solids may meet.
-pub(super) struct Surroundings<'a, const D: usize, const N: usize> {
+/// Surroundings of solids at the start: mesh, boundaries, fluids, gravity.
+pub(super) struct SolidSurroundings<'a, const D: usize, const N: usize> {
     pub file: &'a CaseFile,
     pub mesh: &'a Mesh<D, N>,
     pub locator: Locator<D>,
+    /// Conditions on the boundary of the mesh.
     pub boundaries: &'a [BoundarySetup<D>],
     pub fluids: &'a [FluidSetup],
+    /// Regions that the fluids fill at the start.
     pub parts: &'a [InitialFluid],
     pub gravity: &'a [Signal],
 }
 
-impl<'a, const D: usize, const N: usize> Surroundings<'a, D, N> {
-    /// Mesh and conditions on its boundary; fluids and where they are at the start; gravity.
-    pub fn new(
-        file: &'a CaseFile,
-        (mesh, boundaries): (&'a Mesh<D, N>, &'a [BoundarySetup<D>]),
-        (fluids, parts): (&'a [FluidSetup], &'a [InitialFluid]),
-        gravity: &'a [Signal],
-    ) -> Self {
-        Self { file, mesh, locator: Locator::new(mesh), boundaries, fluids, parts, gravity }
-    }
-
+impl<const D: usize, const N: usize> SolidSurroundings<'_, D, N> {
     /// Density of the fluid that fills a place at the start, or would without the solids [kg/m³]; zero where none is.
     fn density(&self, x: Vector<D>) -> f64 {
         let fluid = part_at(self.parts, x).and_then(|part| self.fluids.get(self.parts[part].phase()));
@@ -62,11 +54,11 @@ impl<'a, const D: usize, const N: usize> Surroundings<'a, D, N> {
 /// Places of a solid along its way: a displacement of each of its nodes [m].
 type Placement<const D: usize> = Vec<Vector<D>>;
 
-/// How well each solid is resolved along its way; `None` for those that stay where they are, as far as it can be foreseen.
+/// Resolution of each solid along its way; `None` for those that stay where they are, as far as it can be foreseen.
 pub(super) fn of_solids<const D: usize, const N: usize>(
     structure: &Structure<D>,
     modes: &[NaturalMode<D>],
-    around: &Surroundings<D, N>,
+    around: &SolidSurroundings<D, N>,
 ) -> Vec<Option<PathResolution>> {
     let (stream, sizes) = (stream::strongest(around), MeshSizes::new(around.mesh));
     let way = |solid: usize| {

@@ -1,6 +1,6 @@
 //! Elements of the fluid's mesh across a solid, along its way.
 
-use super::{Placement, Surroundings, extent, largest};
+use super::{Placement, SolidSurroundings, extent, largest};
 use crate::case::check::solids::quadratic;
 use crate::case::construct::flow::size_of;
 use crate::math::Vector;
@@ -8,7 +8,7 @@ use crate::mesh::quadratic::Thickness;
 use crate::mesh::{Location, Mesh};
 use crate::pfem2::solid::setup::SolidSetup;
 
-/// How well the mesh of the fluid resolves a solid where it is likely to come to.
+/// Elements of the fluid's mesh across a solid on its way, where they are fewest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathResolution {
     /// The fewest elements of the mesh across it.
@@ -76,7 +76,7 @@ struct Thick<const D: usize> {
 pub(super) fn along<const D: usize, const N: usize>(
     setup: &SolidSetup<D>,
     placements: &[Placement<D>],
-    around: &Surroundings<D, N>,
+    around: &SolidSurroundings<D, N>,
     sizes: &MeshSizes,
 ) -> Option<PathResolution> {
     let way = largest(placements.iter().flatten());

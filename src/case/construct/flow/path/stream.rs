@@ -8,7 +8,7 @@
 //! with the work A that gravity can do until the fluids lie in layers (Lorenz 1955). These two have the directions along all axes, the last
 //! one that in which the mass goes, where it goes aside.
 
-use super::{Surroundings, extent};
+use super::{SolidSurroundings, extent};
 use crate::case::construct::flow::fluids::velocity_at;
 use crate::math::Vector;
 use crate::pfem2::boundary::Condition;
@@ -21,7 +21,7 @@ const ASIDE: f64 = 0.02;
 
 /// A stream.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stream<const D: usize> {
+pub(super) struct AmbientStream<const D: usize> {
     /// U [m/s].
     pub speed: f64,
     /// ρ of the heaviest fluid [kg/m³].
@@ -30,7 +30,7 @@ pub(super) struct Stream<const D: usize> {
     pub directions: Vec<Vector<D>>,
 }
 
-impl<const D: usize> Stream<D> {
+impl<const D: usize> AmbientStream<D> {
     /// ½ρU² [Pa].
     pub fn pressure(&self) -> f64 {
         0.5 * self.density * self.speed * self.speed
@@ -38,9 +38,9 @@ impl<const D: usize> Stream<D> {
 }
 
 /// The fastest stream; `None` where nothing moves the fluids.
-pub(super) fn strongest<const D: usize, const N: usize>(around: &Surroundings<D, N>) -> Option<Stream<D>> {
+pub(super) fn strongest<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> Option<AmbientStream<D>> {
     let density = around.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
-    let of = |speed: f64, directions: Vec<Vector<D>>| Stream { speed, density, directions };
+    let of = |speed: f64, directions: Vec<Vector<D>>| AmbientStream { speed, density, directions };
     let led = fastest(prescribed(around).chain(initial(around)));
     let led = led.and_then(|v| Some(of(v.norm(), vec![v.normalized()?])));
     let pushed = of((2.0 * pressure_difference(around) / density).sqrt(), both_ways(|_| true));
@@ -55,7 +55,7 @@ fn both_ways<const D: usize>(along: impl Fn(usize) -> bool) -> Vec<Vector<D>> {
     (0..D).filter(|&axis| along(axis)).flat_map(|axis| [Vector::unit(axis), -Vector::unit(axis)]).collect()
 }
 
-fn middle<const D: usize, const N: usize>(around: &Surroundings<D, N>) -> Vector<D> {
+fn middle<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> Vector<D> {
     around.mesh.nodes().iter().copied().sum::<Vector<D>>() / around.mesh.nodes().len() as f64
 }
 
@@ -65,7 +65,7 @@ fn fastest<const D: usize>(all: impl Iterator<Item = Vector<D>>) -> Option<Vecto
 
 /// Places of the boundary with their conditions.
 fn boundary_places<'a, const D: usize, const N: usize>(
-    around: &'a Surroundings<D, N>,
+    around: &'a SolidSurroundings<D, N>,
 ) -> impl Iterator<Item = (&'a Condition<D>, Vector<D>)> {
     let places = |facet| around.mesh.facet_nodes(facet).into_iter().map(|node| around.mesh.nodes()[node as usize]);
     around
@@ -79,18 +79,18 @@ fn times(end: f64) -> impl Iterator<Item = f64> {
 }
 
 /// Velocities that boundaries prescribe [m/s].
-fn prescribed<const D: usize, const N: usize>(around: &Surroundings<D, N>) -> impl Iterator<Item = Vector<D>> {
+fn prescribed<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> impl Iterator<Item = Vector<D>> {
     let end = around.file.time.end;
     boundary_places(around).flat_map(move |(condition, x)| times(end).filter_map(move |t| condition.velocity(x, t)))
 }
 
 /// Velocities of the fluids at the start [m/s].
-fn initial<const D: usize, const N: usize>(around: &Surroundings<D, N>) -> impl Iterator<Item = Vector<D>> {
+fn initial<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> impl Iterator<Item = Vector<D>> {
     around.mesh.nodes().iter().map(|&x| velocity_at(around.parts, x))
 }
 
 /// The largest difference of pressures at openings, at all times of the run [Pa].
-fn pressure_difference<const D: usize, const N: usize>(around: &Surroundings<D, N>) -> f64 {
+fn pressure_difference<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> f64 {
     let end = around.file.time.end;
     let at = |condition: &Condition<D>, x: Vector<D>, t: f64| match condition {
         Condition::Pressure(pressure) => Some(pressure.value(x.to3(), t)),
@@ -106,7 +106,7 @@ fn pressure_difference<const D: usize, const N: usize>(around: &Surroundings<D, 
 
 /// The stream that the fluids make as they fall: with the speed that they have on average when all the work that gravity can do has become
 /// motion, to where their mass goes.
-fn fall<const D: usize, const N: usize>(around: &Surroundings<D, N>, density: f64) -> Stream<D> {
+fn fall<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>, density: f64) -> AmbientStream<D> {
     let (mesh, gravity) = (around.mesh, around.gravity(middle(around), 0.0));
     let mut slots: Vec<(Vector<D>, f64)> =
         (0..mesh.elements().len()).map(|e| (mesh.center(e), mesh.simplex(e).volume)).collect();
@@ -125,7 +125,7 @@ fn fall<const D: usize, const N: usize>(around: &Surroundings<D, N>, density: f6
         Some(e) => vec![e],
         None => both_ways(|axis| down.is_none_or(|down| down[axis].abs() < 0.5)),
     };
-    Stream { speed, density, directions }
+    AmbientStream { speed, density, directions }
 }
 
 /// Σ m x of volumes with densities in layers, the first lowest, in slots with a place and a volume, the lowest first [kg m].

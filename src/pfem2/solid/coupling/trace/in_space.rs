@@ -35,7 +35,7 @@ pub fn points<const D: usize, const N: usize>(
     let found = parallel::collect(chords.of_elements.len(), PIECE, |place| {
         let mut points = Vec::new();
         for chord in &chords.of_elements[place] {
-            let triangle = Triangle {
+            let triangle = ChordTriangle {
                 chords,
                 surface,
                 place,
@@ -58,7 +58,7 @@ pub fn points<const D: usize, const N: usize>(
 }
 
 /// A triangle between cut points of an element, or a part of it.
-struct Triangle<'a, const D: usize, const N: usize> {
+struct ChordTriangle<'a, const D: usize, const N: usize> {
     chords: &'a Chords<'a, D, N>,
     surface: &'a SolidSurface<D>,
     /// The cut element.
@@ -69,7 +69,7 @@ struct Triangle<'a, const D: usize, const N: usize> {
     corners: [Vector<3>; 3],
 }
 
-impl<const D: usize, const N: usize> Triangle<'_, D, N> {
+impl<const D: usize, const N: usize> ChordTriangle<'_, D, N> {
     /// Shares of the cut points at a place.
     fn shares(&self, place: &[f64; 3]) -> Vector<3> {
         self.corners.iter().zip(place).map(|(&corner, &b)| corner * b).sum()

@@ -88,7 +88,7 @@ fn exact(theta: Option<f64>, h: f64) -> [f64; 2] {
 }
 
 #[test]
-fn an_element_swings_with_frequency_and_damping_of_the_scheme() {
+fn an_oscillator_has_frequency_and_damping_of_the_scheme() {
     for theta in [None, Some(1.0), Some(0.6), Some(0.5)] {
         for h in [0.1, 0.2, 0.4] {
             let (found, closed) = (measured(theta, h), exact(theta, h));

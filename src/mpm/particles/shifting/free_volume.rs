@@ -1,4 +1,4 @@
-//! The room ∫N_I dx around nodes beside walls and planes (theory A.11).
+//! Free volume ∫N_I dx around nodes beside walls and planes (theory A.11).
 
 use crate::mpm::Grid;
 use crate::mpm::grid::Fold;
@@ -11,30 +11,30 @@ const ROWS: usize = 3;
 const POINTS: usize = 64;
 
 /// ∫N_I dx / hᴰ of the rows of nodes next to the ends of each axis.
-pub(super) type Rooms<const D: usize> = [[[f64; ROWS]; 2]; D];
+pub(super) type WallRows<const D: usize> = [[[f64; ROWS]; 2]; D];
 
 /// ∫N_I dx of a node over the volume of a cell.
-pub(super) fn room<const D: usize>(grid: &Grid<D>, rooms: &Rooms<D>, node: usize) -> f64 {
+pub(super) fn of_node<const D: usize>(grid: &Grid<D>, rows: &WallRows<D>, node: usize) -> f64 {
     let ijk = grid.coordinates(node);
     let along = |a: usize| {
         let ends = [ijk[a], grid.cells[a] - ijk[a]];
-        let of_end = |end: usize| usize::try_from(ends[end]).ok().and_then(|row| rooms[a][end].get(row)).copied();
+        let of_end = |end: usize| usize::try_from(ends[end]).ok().and_then(|row| rows[a][end].get(row)).copied();
         of_end(0).unwrap_or(1.0) * of_end(1).unwrap_or(1.0)
     };
     (0..D).map(along).product()
 }
 
-/// The rooms of the rows of nodes next to walls.
-pub(super) fn rooms<const D: usize>(grid: &Grid<D>, kernel: Kernel) -> Rooms<D> {
+/// Free volumes of the rows of nodes next to walls.
+pub(super) fn at_walls<const D: usize>(grid: &Grid<D>, kernel: Kernel) -> WallRows<D> {
     grid.folds.map(|folds| folds.map(|fold| with_shape!(kernel, shape => integrate(shape, fold))))
 }
 
 /// ∫N_I dx of the rows of nodes next to a wall, over the size of a cell.
 fn integrate<const S: usize>(shape: impl ShapeFunction<S>, fold: Fold) -> [f64; ROWS] {
-    let mut rooms = [0.0; ROWS];
+    let mut rows = [0.0; ROWS];
     let mut add = |row: i32, weight: f64| {
-        if let Some(room) = usize::try_from(row).ok().and_then(|row| rooms.get_mut(row)) {
-            *room += weight / POINTS as f64;
+        if let Some(volume) = usize::try_from(row).ok().and_then(|row| rows.get_mut(row)) {
+            *volume += weight / POINTS as f64;
         }
     };
     for point in 0..POINTS * (ROWS + 2) {
@@ -50,7 +50,7 @@ fn integrate<const S: usize>(shape: impl ShapeFunction<S>, fold: Fold) -> [f64; 
             }
         }
     }
-    rooms
+    rows
 }
 
 /// The share of a quadratic spline's integral in front of a plane at the distance `x` [cells] behind its node.
@@ -72,9 +72,9 @@ mod tests {
     /// Of the integral of a quadratic spline on a wall a half lies inside; what its neighbour beyond the wall has
     /// inside, a forty-eighth, is folded: onto the first row inside by a mirror, linearly onto the first two rows else.
     #[test]
-    fn rooms_at_walls() {
-        let near = |rooms: [f64; ROWS], exact: [f64; ROWS]| {
-            rooms.iter().zip(exact).for_each(|(room, exact)| assert!((room - exact).abs() < 1e-4, "{rooms:?}"));
+    fn free_volumes_at_walls() {
+        let near = |rows: [f64; ROWS], exact: [f64; ROWS]| {
+            rows.iter().zip(exact).for_each(|(row, exact)| assert!((row - exact).abs() < 1e-4, "{rows:?}"));
         };
         let (half, ghost) = (0.5, 1.0 / 48.0);
         near(integrate(Quadratic, Fold::Mirror), [half, 1.0, 1.0]);
@@ -83,7 +83,7 @@ mod tests {
 
     /// The integral of the spline up to a plane, summed point by point.
     #[test]
-    fn rooms_beside_planes() {
+    fn free_volumes_beside_planes() {
         for distance in [-2.0, -1.2, -0.5, 0.0, 0.3, 0.5, 1.1, 2.0] {
             let points = (0..40_000).map(|k| -2.0 + (f64::from(k) + 0.5) * 1e-4).filter(|x| *x < distance);
             let spline = |x: f64| match x.abs() {
