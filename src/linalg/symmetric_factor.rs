@@ -56,7 +56,7 @@ impl PreconditioningFactor {
 
     /// Factorises the symmetric part; `None` where that isn't positive definite.
     pub fn symmetric(a: &SparseMatrix) -> Option<Self> {
-        SymmetricFactor::new(a).map(Kind::Symmetric).map(Self)
+        SymmetricFactor::new(a).map(FactorKind::Symmetric).map(Self)
     }
 
     /// z ≈ A⁻¹ r.

@@ -1,16 +1,14 @@
 //! Meshes of solids from Gmsh files.
 
-use super::QuadraticMesh;
 use super::raised::{self, Raised};
+use super::{QUADRILATERAL, QuadraticMesh};
 use crate::error::Diagnostic;
 use crate::mesh::gmsh::{self, Cell, GmshMesh};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Gmsh's number of the node at each place of an element of ours: corners first, then the middles of edges, of faces, of the element
-/// (Gmsh reference manual, section on node ordering).
-pub(super) const QUADRILATERAL: [usize; 9] = [0, 4, 1, 7, 8, 5, 3, 6, 2];
+/// The same as [`QUADRILATERAL`] of a hexahedron: corners, middles of edges, of faces, of the element.
 const HEXAHEDRON: [usize; 27] =
     [0, 8, 1, 9, 20, 11, 3, 13, 2, 10, 21, 12, 22, 26, 23, 15, 24, 14, 4, 16, 5, 17, 25, 18, 7, 19, 6];
 

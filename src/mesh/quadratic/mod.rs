@@ -30,6 +30,10 @@ use crate::mesh::domain::size::too_many;
 use crate::mesh::side_names;
 use std::collections::BTreeMap;
 
+/// Gmsh's number of the node at each place of a quadrilateral of ours: corners first, then the middles of edges and of the element (Gmsh reference
+/// manual, section on node ordering).
+const QUADRILATERAL: [usize; 9] = [0, 4, 1, 7, 8, 5, 3, 6, 2];
+
 /// Nodes this near to a side or region, over the extent of the mesh, lie on it.
 const DISTANCE_ON_SIDE: f64 = 1e-9;
 

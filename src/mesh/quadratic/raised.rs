@@ -10,8 +10,7 @@
 //! vertices of a piece. So elements that share a side or a face share its nodes. Beside triangles quadrilaterals are parted in four. Sides of second
 //! order stay curved: nodes lie where the file's own shape functions put them.
 
-use super::QuadraticMesh;
-use super::file::QUADRILATERAL;
+use super::{QUADRILATERAL, QuadraticMesh};
 use crate::mesh::gmsh::{Cell, CellKind, GmshMesh};
 use hashbrown::HashMap;
 

@@ -11,6 +11,7 @@
 //! (J.16a)).
 
 use super::contact::step::StepContacts;
+use super::rigid::RigidLoad;
 use super::setup::SolidSetup;
 use super::structure::bodies::SolvedStep;
 use super::structure::{Prediction, Structure};
@@ -78,12 +79,11 @@ impl<const D: usize> HoldingForce<D> {
         self.moment += moment(arm, force);
     }
 
-    fn plus(self, other: &Self) -> Self {
-        Self { force: self.force + other.force, moment: self.moment + other.moment }
-    }
-
-    fn negative(self) -> Self {
-        Self { force: self.force * -1.0, moment: self.moment * -1.0 }
+    /// Less a load on a rigid solid, with moments about a point [m].
+    fn less(self, other: Option<RigidLoad>, about: Vector<D>) -> Self {
+        let Some(RigidLoad { load, center }) = other else { return self };
+        let torque = load.spin + (center - Vector(about.to3())).cross(load.velocity);
+        Self { force: self.force - Vector::from3(load.velocity.0), moment: self.moment - torque }
     }
 }
 
@@ -219,15 +219,17 @@ impl<const D: usize> StepEnd<'_, D> {
     }
 
     fn on_rigid_supports(&self, solid: usize) -> (HoldingForce<D>, HoldingForce<D>) {
-        let (structure, step, nodes) = (self.structure, self.step, self.structure.nodes_of(solid));
-        let about = step.about(solid);
-        let own = self.impulses.iter().filter(|(node, _)| nodes.contains(node)).copied();
-        let impulses = structure.rigid_impulse(solid, step, about, &own.collect::<Vec<_>>());
-        let impulses = impulses.plus(&self.sum(solid, &self.impulses));
+        let HeldStep { delta, prediction, solved, .. } = *self.step;
+        let (structure, nodes) = (self.structure, self.structure.nodes_of(solid));
+        let about = self.step.about(solid);
+        let own: Vec<_> = self.impulses.iter().filter(|(node, _)| nodes.contains(node)).copied().collect();
+        let response = structure.rigid_response(solid, delta, prediction, &own);
+        let impulses = self.sum(solid, &own).less(response, about);
         let on_node = |node: usize| (node, Vector::from_fn(|axis| self.on_supports[node * D + axis]));
         let all = self.sum(solid, &nodes.map(on_node).collect::<Vec<_>>());
-        let all = all.plus(&structure.rigid_inertial_force(solid, step, about));
-        (all.plus(&impulses.negative()), impulses)
+        let all = all.less(structure.rigid_inertial(solid, delta, prediction, solved.independent), about);
+        let lasting = HoldingForce { force: all.force - impulses.force, moment: all.moment - impulses.moment };
+        (lasting, impulses)
     }
 }
 

@@ -90,6 +90,15 @@ pub struct RigidPrediction {
     supported: Vec<(usize, usize, f64)>,
 }
 
+/// A force and a torque about the centre of mass of a rigid solid [N, N m].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidLoad {
+    /// Both.
+    pub load: RigidRates,
+    /// Where the centre of mass is [m].
+    pub center: Vector<3>,
+}
+
 /// A nodal unknown that supports hold during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldAxis {

@@ -6,8 +6,7 @@ use crate::error::{Place, StepError};
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::IndependentInertia;
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
-use crate::pfem2::solid::holding::{HeldStep, HoldingForce};
-use crate::pfem2::solid::rigid::{Contradiction, HeldAxis, RigidBody, RigidPrediction, RigidRates, RigidState};
+use crate::pfem2::solid::rigid::{Contradiction, HeldAxis, RigidBody, RigidLoad, RigidPrediction, RigidState};
 use crate::pfem2::time::history::StepShares;
 
 /// Entries of a row of T, and its v̄ [m/s].
@@ -200,52 +199,40 @@ impl<const D: usize> Structure<D> {
         self.rigid.iter().zip(&prediction.rigid).map(power).sum()
     }
 
-    /// Minus the inertial force of a rigid solid at the end of a step, with its moment about a point [m] (theory (J.16)).
-    pub(in crate::pfem2::solid) fn rigid_inertial_force(
+    /// What the motion of a rigid solid asks for at the end of a step with the independent velocities `w` (theory (J.16)); `None` of an elastic one.
+    pub(in crate::pfem2::solid) fn rigid_inertial(
         &self,
         solid: usize,
-        step: &HeldStep<'_, D>,
-        about: Vector<D>,
-    ) -> HoldingForce<D> {
-        let HeldStep { delta, prediction, solved, .. } = step;
-        let inertial = |(body, prediction): (&RigidBody, &RigidPrediction)| {
-            let damping = self.setups()[solid].damping.mass;
-            body.inertial(prediction, *delta, damping, &prediction.rates(solved.independent))
-        };
-        self.rigid_force(solid, prediction, about, inertial)
-    }
-
-    /// Minus the inertial force that impulses on nodes, as forces that act for Δ [N], ask of a rigid solid.
-    pub(in crate::pfem2::solid) fn rigid_impulse(
-        &self,
-        solid: usize,
-        step: &HeldStep<'_, D>,
-        about: Vector<D>,
-        impulses: &[(usize, Vector<D>)],
-    ) -> HoldingForce<D> {
-        let (delta, damping) = (step.delta, self.setups()[solid].damping.mass);
-        self.rigid_force(solid, step.prediction, about, |(body, prediction)| {
-            let own = impulses.iter().map(|&(node, force)| (node - body.nodes.start, Vector(force.to3())));
-            body.inertia_of(prediction, delta, damping, &body.accelerations(prediction, delta, damping, own))
-        })
-    }
-
-    /// Minus a force and a torque about its centre on a rigid solid, with the moment about a point [m].
-    fn rigid_force(
-        &self,
-        solid: usize,
+        delta: f64,
         prediction: &Prediction<D>,
-        about: Vector<D>,
-        of: impl Fn((&RigidBody, &RigidPrediction)) -> RigidRates,
-    ) -> HoldingForce<D> {
-        let all = self.rigid.iter().zip(&prediction.rigid);
-        let Some((body, prediction)) = all.into_iter().find(|(body, _)| body.solid == solid) else {
-            return HoldingForce::default();
-        };
-        let RigidRates { velocity: force, spin: torque } = of((body, prediction));
-        let arm = body.center + prediction.displacement - Vector(about.to3());
-        let moment = torque + arm.cross(force);
-        HoldingForce { force: Vector::from3((force * -1.0).0), moment: moment * -1.0 }
+        w: &[f64],
+    ) -> Option<RigidLoad> {
+        let (body, rigid) = self.rigid_of(solid, prediction)?;
+        let load = body.inertial(rigid, delta, self.setups()[solid].damping.mass, &rigid.rates(w));
+        Some(RigidLoad { load, center: body.center + rigid.displacement })
+    }
+
+    /// What impulses on nodes, as forces that act for Δ [N], ask of the motion of a rigid solid; `None` of an elastic one.
+    pub(in crate::pfem2::solid) fn rigid_response(
+        &self,
+        solid: usize,
+        delta: f64,
+        prediction: &Prediction<D>,
+        impulses: &[(usize, Vector<D>)],
+    ) -> Option<RigidLoad> {
+        let (body, rigid) = self.rigid_of(solid, prediction)?;
+        let damping = self.setups()[solid].damping.mass;
+        let own = impulses.iter().map(|&(node, force)| (node - body.nodes.start, Vector(force.to3())));
+        let load = body.inertia_of(rigid, delta, damping, &body.accelerations(rigid, delta, damping, own));
+        Some(RigidLoad { load, center: body.center + rigid.displacement })
+    }
+
+    fn rigid_of<'a>(
+        &'a self,
+        solid: usize,
+        prediction: &'a Prediction<D>,
+    ) -> Option<(&'a RigidBody, &'a RigidPrediction)> {
+        self.rigid.iter().zip(&prediction.rigid).find(|(body, _)| body.solid == solid)
     }
 }
 
