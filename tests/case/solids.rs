@@ -290,7 +290,7 @@ fn moments_are_of_solids_and_of_what_holds_the_fluid() {
     let text = GOOD.replace("plane = \"stress\"", "plane = \"stress\"\nmoment-about = [\"45 cm\", 0]");
     let text = text.replace("on = \"left\"\nkind", "on = \"left\"\nmoment-about = [0, \"1 m\"]\nkind");
     let moments = good(&text).solver.snapshot().moments.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-    assert_eq!(moments, ["left", "flap"]);
+    assert_eq!(moments, ["left", "flap", "support:flap[0]", "contacts:flap"]);
     let open = "on = \"right\"\nkind";
     expect(open, "on = \"right\"\nmoment-about = [0, 0]\nkind", "[0, 0]\nkind", "holds nothing", "inlets");
     let text = GOOD.replace("name = \"oil\"", "name = \"oil\"\nmoment-about = [0, 0]");
