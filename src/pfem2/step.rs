@@ -133,8 +133,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
-        self.forces.mean.iter().for_each(|force| visit(force.to3()));
-        let solids = self.solids.iter().flat_map(|solids| &solids.last.forces_mean);
+        self.forces.on_parts.mean.iter().for_each(|force| visit(force.to3()));
+        let solids = self.solids.iter().flat_map(|solids| &solids.last.forces.mean);
         solids.for_each(|force| visit(force.to3()));
         let holding = self.solids.iter().flat_map(|solids| &solids.last.holding.mean);
         holding.for_each(|force| visit(force.to3()));

@@ -95,10 +95,8 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dissipation/power", Column::scalar(&mut dissipation.power_last));
     visit("dissipation/power earlier", Column::scalar(&mut dissipation.power_earlier));
     visit("dissipation/change", Column::new(&mut dissipation.change));
-    visit("forces", Column::new(&mut pfem.forces.last));
-    visit("forces/earlier", Column::new(&mut pfem.forces.previous));
-    // Nothing depends on these, but the state is shown with them.
-    visit("forces/mean", Column::new(&mut pfem.forces.mean));
+    // Nothing depends on means, but the state is shown with them.
+    mean_columns("forces", &mut pfem.forces.on_parts, visit);
     mean_columns("moments", &mut pfem.forces.moments, visit);
     visit("dt/previous", Column::scalar(&mut pfem.history.dt_previous));
     visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
@@ -180,9 +178,7 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/acceleration previous", Column::new(&mut state.acceleration_previous));
     visit("solids/velocity change", Column::new(&mut state.velocity_change));
     visit("solids/predicted", Column::new(&mut last.predicted));
-    visit("solids/forces", Column::new(&mut last.forces));
-    visit("solids/forces earlier", Column::new(&mut last.forces_earlier));
-    visit("solids/forces mean", Column::new(&mut last.forces_mean));
+    mean_columns("solids/forces", &mut last.forces, visit);
     visit("solids/nodal forces", Column::new(&mut last.nodal));
     mean_columns("solids/moments", &mut last.moments, visit);
     mean_columns("solids/holding", &mut last.holding, visit);

@@ -67,12 +67,8 @@ fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<
 pub(in crate::pfem2) struct BoundaryForces<const D: usize> {
     /// The parts.
     pub parts: Vec<BoundaryPart<D>>,
-    /// At the end of the last step.
-    pub last: Vec<Vector<D>>,
-    /// At the end of the step before.
-    pub previous: Vec<Vector<D>>,
-    /// Means over the last step, with the shares that the step takes of each.
-    pub mean: Vec<Vector<D>>,
+    /// On each part.
+    pub on_parts: StepMeans<D>,
     /// Moments, about the points of the parts.
     pub moments: StepMeans<3>,
 }
@@ -104,9 +100,8 @@ impl<const D: usize> BoundaryForces<D> {
         let sets: Vec<usize> = parts.iter().map(|part| part.set).collect();
         let about = moments::points(moments, parts.len(), |k| ForcedPart::Boundary(sets[k]));
         parts.iter_mut().zip(about).for_each(|(part, about)| part.about = about);
-        let none = vec![Vector::ZERO; parts.len()];
-        let moments = StepMeans::none(parts.len());
-        Self { parts, last: none.clone(), previous: none.clone(), mean: none, moments }
+        let (on_parts, moments) = (StepMeans::none(parts.len()), StepMeans::none(parts.len()));
+        Self { parts, on_parts, moments }
     }
 
     /// Takes the forces at the end of a step with its `shares`.
@@ -118,11 +113,8 @@ impl<const D: usize> BoundaryForces<D> {
         shares: StepShares,
     ) -> BoundaryAction<D> {
         let (parts, action) = self.measure(system, step, convected);
-        let now: Vec<_> = parts.iter().map(|part| part.force).collect();
+        self.on_parts.update(parts.iter().map(|part| part.force).collect(), shares);
         self.moments.update(parts.iter().map(|part| part.moment).collect(), shares);
-        let all = self.previous.iter().zip(&self.last).zip(&now);
-        self.mean = all.map(|((f0, f1), f2)| *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end).collect();
-        self.previous = std::mem::replace(&mut self.last, now);
         action
     }
 
@@ -134,9 +126,8 @@ impl<const D: usize> BoundaryForces<D> {
         convected: &[Vector<D>],
     ) -> BoundaryAction<D> {
         let (parts, action) = self.measure(system, step, convected);
-        self.last = parts.iter().map(|part| part.force).collect();
+        self.on_parts.begin(parts.iter().map(|part| part.force).collect());
         self.moments.begin(parts.iter().map(|part| part.moment).collect());
-        self.previous.clone_from(&self.last);
         action
     }
 

@@ -28,7 +28,7 @@ fn vectors<'a, const D: usize>(name: &'static str, unit: &'static str, values: &
 
 /// The state of a run.
 pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<'_> {
-    let forces = pfem.forces.parts.iter().zip(&pfem.forces.mean);
+    let forces = pfem.forces.parts.iter().zip(&pfem.forces.on_parts.mean);
     Snapshot {
         step: pfem.steps,
         dt: pfem.history.dt_previous,
@@ -261,7 +261,7 @@ fn tensors<'a, const D: usize>(
 /// Forces of the fluid on the solids [N].
 fn forces_on_solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = (String, [f64; 3])> {
     pfem.solids.iter().flat_map(|solids| {
-        let named = solids.structure.bodies().zip(&solids.last.forces_mean);
+        let named = solids.structure.bodies().zip(&solids.last.forces.mean);
         named.map(|(body, force)| (body.name.to_owned(), force.to3()))
     })
 }

@@ -25,16 +25,14 @@ impl<const D: usize> SolidTracking<D> {
     /// − v¹ (theory H.9).
     pub fn restart(&mut self, SolidStart { mut state, last }: SolidStart<D>) {
         state.begin(&self.structure.state);
-        let forces = std::mem::take(&mut self.last.forces);
         let contact_forces = std::mem::take(&mut self.last.contact_forces);
         let nodal = std::mem::take(&mut self.last.nodal);
-        let SolidStep { mut moments, mut holding, mut holding_moments, .. } = last.clone();
+        let SolidStep { mut forces, mut moments, mut holding, mut holding_moments, .. } = last.clone();
+        forces.begin(std::mem::take(&mut self.last.forces.last));
         moments.begin(std::mem::take(&mut self.last.moments.last));
         holding.begin(std::mem::take(&mut self.last.holding.last));
         holding_moments.begin(std::mem::take(&mut self.last.holding_moments.last));
-        let forces_earlier = forces.clone();
-        self.last =
-            SolidStep { forces_earlier, forces, moments, holding, holding_moments, contact_forces, nodal, ..last };
+        self.last = SolidStep { forces, moments, holding, holding_moments, contact_forces, nodal, ..last };
         self.structure.state = state;
     }
 
@@ -43,22 +41,19 @@ impl<const D: usize> SolidTracking<D> {
     /// # Errors
     /// An element is turned inside out.
     pub fn open_energies(&mut self) -> Result<SolidEnergies, StepError> {
-        let none = vec![Vector::ZERO; self.last.forces.len()];
+        let count = self.structure.setups().len();
         let SolidStep { predicted, contact_forces, mut nodal, .. } = std::mem::take(&mut self.last);
         nodal.fill(Vector::ZERO);
         let energies = energies(&self.structure, SolidPowers::default())?;
-        let (forces_earlier, forces_mean) = (none.clone(), none.clone());
         self.last = SolidStep {
             predicted,
             nodal,
-            moments: StepMeans::none(none.len()),
+            moments: StepMeans::none(count),
             holding: StepMeans::none(self.holders.count()),
             holding_moments: StepMeans::none(self.holders.count()),
             contact_forces,
             energies,
-            forces: none,
-            forces_earlier,
-            forces_mean,
+            forces: StepMeans::none(count),
             ..SolidStep::default()
         };
         Ok(energies)

@@ -4,7 +4,6 @@ use super::contact::step::ContactForces;
 use crate::math::Vector;
 use crate::pfem2::report::moments::StepMeans;
 use crate::pfem2::report::solids::SolidEnergies;
-use crate::pfem2::time::history::StepShares;
 
 /// Results of a step.
 #[derive(Debug, Clone, Default)]
@@ -15,12 +14,8 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub nodal: Vec<Vector<D>>,
     /// Moments of the forces of the fluid on each solid, about their points.
     pub moments: StepMeans<3>,
-    /// Forces of the fluid on each solid at its end [N].
-    pub forces: Vec<Vector<D>>,
-    /// Forces of the fluid at the end of the step before [N].
-    pub forces_earlier: Vec<Vector<D>>,
-    /// Means of these forces over the step, with the shares that it takes of each time [N].
-    pub forces_mean: Vec<Vector<D>>,
+    /// Forces of the fluid on each solid [N].
+    pub forces: StepMeans<D>,
     /// Forces on supports and springs, and of contacts on solids [N].
     pub holding: StepMeans<D>,
     /// Their moments about the points of the solids [N m].
@@ -41,16 +36,4 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub has_wrong_contacts: bool,
     /// Steps that solids make by backward Euler from now on (theory J.8).
     pub backward_steps: usize,
-}
-
-impl<const D: usize> SolidStep<D> {
-    /// Takes the forces at the end of a step with its `shares` [N].
-    pub(super) fn add_forces(&mut self, now: Vec<Vector<D>>, shares: StepShares) {
-        let all = self.forces_earlier.iter().zip(&self.forces).zip(&now);
-        let mean = |((f0, f1), f2): ((&Vector<D>, &Vector<D>), &Vector<D>)| {
-            *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end
-        };
-        self.forces_mean = all.map(mean).collect();
-        self.forces_earlier = std::mem::replace(&mut self.forces, now);
-    }
 }

@@ -76,18 +76,16 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
 impl<const D: usize> SolidTracking<D> {
     /// Solids at the start, in a mesh with walls.
     pub fn new<const N: usize>(structure: Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
-        let none = vec![Vector::ZERO; structure.setups().len()];
+        let count = structure.setups().len();
         let contacts = StepContacts::new(&structure, mesh, boundary);
         let holders = Holders::new(&structure);
         let last = SolidStep {
             predicted: structure.state.displacement.clone(),
             nodal: vec![Vector::ZERO; structure.node_count()],
-            moments: StepMeans::none(none.len()),
+            moments: StepMeans::none(count),
             holding: StepMeans::none(holders.count()),
             holding_moments: StepMeans::none(holders.count()),
-            forces: none.clone(),
-            forces_earlier: none.clone(),
-            forces_mean: none,
+            forces: StepMeans::none(count),
             contact_forces: ContactForces::none(&structure, &contacts),
             // Elements that are turned inside out are found by the first step.
             energies: energies(&structure, SolidPowers::default()).unwrap_or_default(),
@@ -348,7 +346,7 @@ impl<const D: usize> SolidTracking<D> {
         let first = self.first.as_ref().unwrap_or(&self.last.predicted);
         let places = [&self.structure.state.displacement, first].map(|u| self.structure.positions(u));
         self.last.prediction_error = self.contacts.solids.largest_error(&system.mesh, [&places[0], &places[1]]);
-        self.last.add_forces(self.structure.sums(&nodal), shares);
+        self.last.forces.update(self.structure.sums(&nodal), shares);
         self.last.moments.update(self.moments(&nodal), shares);
         self.last.nodal = nodal;
         Ok(())

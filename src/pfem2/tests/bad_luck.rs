@@ -74,7 +74,7 @@ fn rest(mut pfem: Pfem2<2, 3>) -> Rest {
     let speed = fastest(&pfem.system.velocity) / (GRAVITY * dt * f64::from(steps));
     let shown = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
     let notices = pfem.notices();
-    Rest { speed, forces: pfem.solids.unwrap().last.forces, shown, notices }
+    Rest { speed, forces: pfem.solids.unwrap().last.forces.last, shown, notices }
 }
 
 /// Sides along edges of the mesh, through its nodes along and across its diagonals, and parts of an element beside them
@@ -169,7 +169,7 @@ fn a_block_in_space_keeps_its_edges_in_water_that_glides() {
         let volume = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
         let full = 48.0 * size.powi(3);
         let weight = GRAVITY * 1000.0 * volume;
-        let off = (pfem.solids.unwrap().last.forces[0] - Vector([0.0, 0.0, weight])).norm() / weight;
+        let off = (pfem.solids.unwrap().last.forces.last[0] - Vector([0.0, 0.0, weight])).norm() / weight;
         assert!((volume / full - 1.0).abs() < lost, "{shift:?}: {volume} {full}");
         assert!(speed < rests && off < 5e-4, "{shift:?}: {speed:e} {off:e}");
     }

@@ -121,7 +121,7 @@ fn contacts_leave_the_momentum_of_a_pair() {
         let solids = pfem.solids.as_ref().unwrap();
         let inertia = structure(&pfem).weighted_by_mass(&structure(&pfem).state.acceleration);
         let gained = Vector::<2>::from_fn(|axis| inertia.iter().skip(axis).step_by(2).sum());
-        let given: Vector<2> = solids.last.forces.iter().copied().sum();
+        let given: Vector<2> = solids.last.forces.last.iter().copied().sum();
         let pushed: f64 = solids.last.contact_forces.solids.iter().map(|force| force.norm()).sum();
         largest = largest.max(pushed);
         let size: f64 = inertia.iter().map(|force| force.abs()).sum();
@@ -344,7 +344,7 @@ fn a_rigid_disc_as_heavy_as_the_water_hovers() {
     disc.law = Box::new(Rigid { density: 1000.0 });
     let mut pfem = in_fluid(Structure::new(vec![disc]).unwrap(), water([Signal::ZERO, (-9.81).into()]));
     advance(&mut pfem, 0.01, 20);
-    let force = pfem.solids.as_ref().unwrap().last.forces[0];
+    let force = pfem.solids.as_ref().unwrap().last.forces.last[0];
     let weight = 9.81 * structure(&pfem).mass();
     assert!((force[1] / weight - 1.0).abs() < 0.02 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
     let gained = pfem.balance.gained(&pfem.system);

@@ -78,7 +78,7 @@ fn swinging(
     pfem.begin(0.0, DT).unwrap();
     fitted(side, |t| {
         pfem.step(t, DT).unwrap();
-        pfem.solids.as_ref().unwrap().last.forces[0][0]
+        pfem.solids.as_ref().unwrap().last.forces.last[0][0]
     })
 }
 

@@ -39,7 +39,7 @@ fn in_water(solid: SolidMesh<3>, density: f64, is_free: bool) -> (Vector<3>, f64
     pfem.step(0.0, 0.01).unwrap();
     let solids = pfem.solids.as_ref().unwrap();
     let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
-    (solids.last.forces[0], cut, Vector(solids.structure.state.rigid[0].velocity[0].0))
+    (solids.last.forces.last[0], cut, Vector(solids.structure.state.rigid[0].velocity[0].0))
 }
 
 /// A box of triangles and one of hexahedra have one buoyancy, that of the volume that the mesh shows of them.

@@ -81,7 +81,7 @@ fn a_solid_that_is_held_bears_the_weight_of_the_fluids_that_it_displaces() {
     let height = 0.5137;
     let mut pfem = water_and_air(unit_mesh(12), height, solid(block([0.37, 0.41], [0.52, 0.5], 0.0), 500.0, held));
     (0..4).for_each(|k| pfem.step(0.01 * f64::from(k), 0.01).unwrap());
-    let force = pfem.solids.as_ref().unwrap().last.forces[0];
+    let force = pfem.solids.as_ref().unwrap().last.forces.last[0];
     let below = 0.37 * (height - 0.295);
     let weight = GRAVITY * (1000.0 * below + 1.0 * (0.37 * 0.41 - below));
     assert!((force[1] / weight - 1.0).abs() < 1e-12 && force[0].abs() < 1e-9 * weight, "{force:?} {weight}");
@@ -121,7 +121,7 @@ fn the_fluid_ends_at_a_solid_on_lines_of_the_mesh() {
         let width = 0.4 + 2.0 * wider;
         let mut pfem = water_and_air(mesh, height, solid(block([width, 0.2], [0.5, height], 0.0), 500.5, held.clone()));
         (0..2).for_each(|k| pfem.step(0.01 * f64::from(k), 0.01).unwrap());
-        let force = pfem.solids.as_ref().unwrap().last.forces[0][1] / (500.5 * width * 0.2 * GRAVITY);
+        let force = pfem.solids.as_ref().unwrap().last.forces.last[0][1] / (500.5 * width * 0.2 * GRAVITY);
         let volume = cut_volume(&pfem) / (width * 0.2);
         assert!((volume - 1.0).abs() < most && (force - 1.0).abs() < most, "{height} {wider}: {volume} {force}");
         let speed = fastest(&pfem.system.velocity);

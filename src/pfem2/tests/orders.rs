@@ -162,7 +162,7 @@ fn errors(pfem: &mut Pfem2<2, 3>, exact: Shear, steps: usize) -> [f64; 2] {
     for k in 0..steps {
         pfem.step(k as f64 * dt, dt).unwrap();
         let (sin, cos) = (OMEGA * (k + 1) as f64 * dt).sin_cos();
-        let found = pfem.solids.as_ref().unwrap().last.forces[0][0] / LENGTH;
+        let found = pfem.solids.as_ref().unwrap().last.forces.last[0][0] / LENGTH;
         if k >= steps / 2 {
             traction = traction.max((found - (real * cos - imaginary * sin)).abs() / real.hypot(imaginary));
         }

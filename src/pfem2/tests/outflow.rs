@@ -114,9 +114,9 @@ fn plates_take_the_force_that_drives_the_flow_between_them() {
     let fluids = vec![fluid("oil", 1.0, 0.5)];
     let mut pfem = Pfem2::new(setup(mesh, sets, physics(fluids, weightless()), |_| 0, |_| Vector::ZERO));
     (0..60).for_each(|k| pfem.step(f64::from(k) * 0.1, 0.1).unwrap());
-    let both: f64 = pfem.forces.last.iter().map(|force| force[0]).sum();
+    let both: f64 = pfem.forces.on_parts.last.iter().map(|force| force[0]).sum();
     assert!((both / driving - 1.0).abs() < 1e-3, "{both}");
-    assert!((pfem.forces.last[0][0] / pfem.forces.last[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
+    assert!((pfem.forces.on_parts.last[0][0] / pfem.forces.on_parts.last[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
 }
 
 /// Half of a plug of water leaves a channel full of air and the flow turns back, x(t) = x₀ + A sin(πt): what comes back is the air that

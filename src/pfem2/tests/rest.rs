@@ -92,7 +92,7 @@ fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vect
         Pfem2::new(Setup { linear: SolverOptions { tolerance: 1e-13, ..SolverOptions::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
     let speed = fastest(&pfem.system.velocity) / (gravity.norm() * f64::from(steps) * dt);
-    (speed, (pfem.forces.last[0] - weight) / weight.norm())
+    (speed, (pfem.forces.on_parts.last[0] - weight) / weight.norm())
 }
 
 /// The nodes of a curved slip wall glide along directions that none of its facets has. The wall carries the fluid.

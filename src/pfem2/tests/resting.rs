@@ -126,7 +126,7 @@ fn forces_at_floor_block(depth: f64) -> [Vector<2>; 2] {
     pfem.begin(0.0, 0.01).unwrap();
     pfem.step(0.0, 0.01).unwrap();
     assert!(fastest(&pfem.system.velocity) < 1e-10);
-    [pfem.solids.as_ref().unwrap().last.forces[0], pfem.forces.last[0]]
+    [pfem.solids.as_ref().unwrap().last.forces.last[0], pfem.forces.on_parts.last[0]]
 }
 
 /// The floor bears the pressure of the fluid up to the feet of a block: on the block weighs what is above it, on the floor what is above the rest, and nothing pushes the block

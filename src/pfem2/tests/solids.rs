@@ -118,7 +118,7 @@ fn a_solid_as_heavy_as_the_water_hovers() {
         pfem.step(0.01 * f64::from(k), 0.01).unwrap();
     }
     let (volume, weight) = (0.38 * 0.23, 9.81 * 1000.0 * 0.38 * 0.23);
-    let force = pfem.solids.as_ref().unwrap().last.forces[0];
+    let force = pfem.solids.as_ref().unwrap().last.forces.last[0];
     assert!((force[1] / weight - 1.0).abs() < 0.01 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
     let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
     assert!((cut / volume - 1.0).abs() < 0.01, "{cut} {volume}");
