@@ -137,9 +137,6 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Outputs that cut steps to less than this part of the stable one make a run more than twice as long.
-const DEARER: f64 = 0.5;
-
 /// More steps or outputs of a kind than this are an error: years of computing.
 const MOST_STEPS: f64 = 1e10;
 
@@ -195,21 +192,20 @@ fn too_long(file: &CaseFile, step: f64, stable: f64) -> Diagnostic {
     Diagnostic::error("time.step", message).help(help)
 }
 
-/// Outputs that are due more often than there are steps.
+/// Outputs that the case wants more often than there are steps.
 fn outputs_between_steps(case: &Case, step: f64, findings: &mut Vec<Diagnostic>) {
-    let file = &case.file;
-    for (name, interval) in [("fields", file.output.fields), ("history", file.output.history)] {
-        let key = format!("output.{name}");
-        let Some(interval) = interval.filter(|interval| *interval < step) else { continue };
+    let output = &case.file.output;
+    for (key, interval, help) in [
+        ("output.fields", output.fields, "there will be one frame per step"),
+        (
+            "output.history",
+            output.history,
+            "rows between both ends of a step will be on the straight line between its values",
+        ),
+    ] {
+        let Some(interval) = interval.filter(|interval| *interval < step && case.says(key)) else { continue };
         let message = format!("the interval of {interval:.4e} s is shorter than the step of {step:.4e} s");
-        match file.time.step {
-            Some(_) => findings.push(Diagnostic::error(key, message).help("increase it, or let the step adapt")),
-            // Membranes are sub-cycled in any case: short steps of the whole cost particles, and those only.
-            None if interval < DEARER * step && case.says(&key) && !file.body.is_empty() => {
-                findings.push(Diagnostic::warning(key, message).help("steps will be cut to land on every output"));
-            }
-            None => {}
-        }
+        findings.push(Diagnostic::warning(key, message).help(help));
     }
 }
 

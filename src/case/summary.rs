@@ -9,9 +9,9 @@ use crate::math::Vector;
 use crate::mpm::{EDGE, Setup};
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
-use crate::simulation::Solver;
+use crate::simulation::{LEAST_STEPS, Solver};
 pub use solid::SolidSummary;
-use solid::solid_summaries;
+use solid::{factor_memory, solid_summaries};
 use std::collections::BTreeSet;
 
 /// Size of a case.
@@ -37,7 +37,7 @@ pub struct CaseSummary {
     pub memory: f64,
     /// First stable step [s].
     pub stable_step: f64,
-    /// Number of steps if the step stays as it is, or the most that can be foreseen; steps end at every output.
+    /// Number of steps if the step stays as it is, or the most that can be foreseen.
     pub steps: f64,
     /// The fewest steps that can be foreseen.
     pub fewest: f64,
@@ -185,7 +185,10 @@ impl CaseSummary {
             unknowns: nodes * N,
             domain: [lower, upper],
             notes: pin_note(setup).into_iter().collect(),
-            memory: 2.0 * matrix + solver + (mesh.elements().len() * N * (D + 8) * 8) as f64,
+            memory: 2.0 * matrix
+                + solver
+                + factor_memory(setup.solid_setups())
+                + (mesh.elements().len() * N * (D + 8) * 8) as f64,
             stable_step: 0.0,
             steps: 0.0,
             fewest: 0.0,
@@ -200,9 +203,9 @@ impl CaseSummary {
         solver.columns(&mut |_, column| columns += column.data.bytes().len());
         let fixed = file.time.step.is_some();
         let stable_step = if fixed { solver.stable_dt() } else { solver.recommended_dt() };
-        let (end, output) = (file.time.end, &file.output);
-        let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
-        let count = |step: f64| (end / between_outputs * (between_outputs / step).ceil().max(1.0)).ceil();
+        let end = file.time.end;
+        let least = if fixed || solver.stable_dt().is_finite() { 1.0 } else { LEAST_STEPS };
+        let count = |step: f64| (end / step).ceil().max(least);
         let foreseen = if fixed { file.time.step.map(|step| [step; 2]) } else { solver.foreseen_dt(end) };
         let [steps, fewest] = foreseen.unwrap_or([f64::INFINITY; 2]).map(count);
         let own = self.memory + if self.unknowns > 0 { FLOW } else { POINTS } * columns as f64;
@@ -264,7 +267,7 @@ impl std::fmt::Display for CaseSummary {
         match self.fewest {
             _ if !self.foreseen => write!(
                 f,
-                "steps: can't be foreseen, since nothing says how fast the flow will be; outputs alone make {:.0}",
+                "steps: can't be foreseen, since nothing says how fast the flow will be; {:.0} at least",
                 self.steps
             ),
             fewest if fewest < self.steps => {

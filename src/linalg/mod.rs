@@ -39,4 +39,4 @@ pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverKind, SolverOptions};
 pub use solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED, SolverCounters, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};
-pub use symmetric_factor::PreconditioningFactor;
+pub use symmetric_factor::{PreconditioningFactor, factor_numbers};

@@ -7,7 +7,8 @@
 //! σ is far below the modes that matter and keeps the factor regular where some motions have no stiffness: their λ are zero to
 //! rounding.
 
-use super::sparse::{SparseFactor, SparseMatrix};
+use super::sparse::SparseMatrix;
+use super::symmetric_factor::PreconditioningFactor;
 
 /// σ over the largest ratio of the diagonals of K and M.
 const SHIFT: f64 = 1e-11;
@@ -49,7 +50,7 @@ pub fn lowest_modes(stiffness: &SparseMatrix, mass: &SparseMatrix, count: usize)
     let count = count.min(n);
     let shift = SHIFT * largest_ratio(stiffness, mass);
     let shifted: Vec<_> = mass.triplets().map(|(row, column, value)| (row, column, shift * value)).collect();
-    let factor = SparseFactor::new(&stiffness.with(&shifted))?;
+    let factor = PreconditioningFactor::new(&stiffness.with(&shifted))?;
     let mut vectors: Vec<Vec<f64>> = (0..(count + SPARE).min(n)).map(|k| start(k, n)).collect();
     let mut last = vec![f64::INFINITY; count];
     let mut values = Vec::new();

@@ -185,6 +185,17 @@ pub(super) fn solve_scaled(factor: &impl Solve<f64>, scaling: &[f64], work: &mut
     z.iter_mut().zip(&*work).zip(scaling).for_each(|((z, work), s)| *z = work * s);
 }
 
+/// The same for several right-hand sides, each in its place.
+pub(super) fn solve_all_scaled(factor: &impl Solve<f64>, scaling: &[f64], sides: &mut [Vec<f64>]) {
+    let rows = scaling.len();
+    let scaled = |side: &Vec<f64>| side.iter().zip(scaling).map(|(r, s)| r * s).collect::<Vec<_>>();
+    let mut work: Vec<f64> = sides.iter().flat_map(scaled).collect();
+    factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut work, rows, sides.len()));
+    for (side, solution) in sides.iter_mut().zip(work.chunks_exact(rows)) {
+        side.iter_mut().zip(solution).zip(scaling).for_each(|((z, work), s)| *z = work * s);
+    }
+}
+
 impl SparseFactor {
     /// Factorises; `None` where the structure makes the matrix singular, or it has more entries than 31 bits can count.
     pub fn new(a: &SparseMatrix) -> Option<Self> {
@@ -218,13 +229,7 @@ impl SparseFactor {
 
     /// A⁻¹ r in the place of each right-hand side: the factor is read once for all of them.
     pub fn solve_all(&self, sides: &mut [Vec<f64>]) {
-        let rows = self.scaling.len();
-        let scaled = |side: &Vec<f64>| side.iter().zip(&self.scaling).map(|(r, s)| r * s).collect::<Vec<_>>();
-        let mut work: Vec<f64> = sides.iter().flat_map(scaled).collect();
-        self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut work, rows, sides.len()));
-        for (side, solution) in sides.iter_mut().zip(work.chunks_exact(rows)) {
-            side.iter_mut().zip(solution).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
-        }
+        solve_all_scaled(&self.factor, &self.scaling, sides);
     }
 }
 

@@ -3,8 +3,9 @@
 //! The order P of least degree is one for symmetric places (Amestoy, Davis & Duff 1996): of solids in space it leaves a fraction of the
 //! numbers that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).
 
-use super::sparse::{SparseFactor, SparseMatrix, solve_scaled};
+use super::sparse::{SparseFactor, SparseMatrix, solve_all_scaled, solve_scaled};
 use faer::Side;
+use faer::sparse::linalg::cholesky::factorize_symbolic_cholesky;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
@@ -38,6 +39,16 @@ impl SymmetricFactor {
     }
 }
 
+/// Numbers in the factor of a symmetric matrix with these entries, of which those above its diagonal and on it count; `None` where they
+/// are too many to be counted.
+pub fn factor_numbers(a: &SparseMatrix) -> Option<usize> {
+    let lower: Vec<_> = a.triplets().filter(|(row, column, _)| column >= row).map(|(r, c, v)| (c, r, v)).collect();
+    let upper = SparseMatrix::from_triplets(a.rows(), lower);
+    let places = SymbolicSparseColMatRef::new_checked(a.rows(), a.rows(), &upper.start, None, &upper.columns);
+    let symbolic = factorize_symbolic_cholesky(places, Side::Upper, Default::default(), Default::default()).ok()?;
+    Some(symbolic.len_val())
+}
+
 /// A factor that an iteration is preconditioned with: that of the symmetric part of a matrix where it is positive definite, or else of all
 /// of it.
 pub struct PreconditioningFactor(FactorKind);
@@ -66,6 +77,14 @@ impl PreconditioningFactor {
             FactorKind::General(factor) => factor.solve(r, z),
         }
     }
+
+    /// z ≈ A⁻¹ r in the place of each right-hand side: the factor is read once for all of them.
+    pub fn solve_all(&self, sides: &mut [Vec<f64>]) {
+        match &self.0 {
+            FactorKind::Symmetric(SymmetricFactor { factor, scaling, .. }) => solve_all_scaled(factor, scaling, sides),
+            FactorKind::General(factor) => factor.solve_all(sides),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -89,8 +108,20 @@ mod tests {
             assert!(matches!(factor.0, FactorKind::Symmetric(_)));
             let mut z = [0.0; 3];
             factor.solve(&r, &mut z);
+            let mut sides = [r.clone(), r.iter().map(|r| 2.0 * r).collect()];
+            factor.solve_all(&mut sides);
             assert!(z.iter().zip(&x).all(|(z, x)| (z - x).abs() < 1e-14), "{z:?}");
+            let near = |z: f64, x: f64| (z - x).abs() < 1e-14;
+            assert!((0..3).all(|i| near(sides[0][i], x[i]) && near(sides[1][i], 2.0 * x[i])), "{sides:?}");
         }
+    }
+
+    /// An arrow with its head at the first unknown fills up if that is eliminated first, and has no fill if it is the last: 2 n − 1 numbers.
+    #[test]
+    fn an_order_of_least_degree_leaves_an_arrow_without_fill() {
+        let n = 50;
+        let arrow = (1..n).flat_map(|k| [(0, k, -1.0), (k, 0, -1.0), (k, k, n as f64)]).chain([(0, 0, n as f64)]);
+        assert_eq!(factor_numbers(&SparseMatrix::from_triplets(n as usize, arrow.collect())), Some(2 * n as usize - 1));
     }
 
     /// With a symmetric part that isn't definite all of the matrix is factorised.

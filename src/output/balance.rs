@@ -4,10 +4,10 @@
 //! is right. Where a term is found as the remainder of all others, the closure says nothing: a column more shows what part that
 //! term is of the largest other one so far.
 
-use super::history::{History, HistoryTable};
+use super::history::{History, HistoryTable, StepStart};
 use super::label::UnitLabels;
 use crate::error::Result;
-use crate::simulation::{Monitor, Snapshot, TermKind};
+use crate::simulation::{Ledger, Monitor, Snapshot, TermKind};
 use std::path::Path;
 
 const STORED: &str = "stored energy";
@@ -25,13 +25,43 @@ pub struct BalanceHistory {
     units: UnitLabels,
     /// stored − gained + lost at the first row [J].
     start: Option<f64>,
+    step_start: StepStart,
 }
 
 impl BalanceHistory {
     /// A balance in `directory`, every `interval` seconds.
     pub fn new(directory: &Path, interval: f64, units: UnitLabels) -> Self {
-        Self { history: History::new(directory.join("balance.csv")), interval, units, start: None }
+        Self {
+            history: History::new(directory.join("balance.csv")),
+            interval,
+            units,
+            start: None,
+            step_start: StepStart::default(),
+        }
     }
+}
+
+impl BalanceHistory {
+    /// Heads, without the time.
+    fn heads(&self, ledger: &Ledger) -> Vec<String> {
+        let terms = ledger.terms.iter().map(|term| self.units.head(&term.name, term.unit));
+        let totals = [STORED, GAINED, LOST, CLOSURE].map(|name| self.units.head(name, "J"));
+        terms.chain(totals).chain(has_remainder(ledger).then(|| LOST_TO_ERRORS.to_owned())).collect()
+    }
+
+    /// The numbers below the heads.
+    fn values(&mut self, ledger: &Ledger) -> Vec<f64> {
+        let (stored, gained, lost) = (ledger.stored(), ledger.total(TermKind::Gain), ledger.lost());
+        let explained = stored - gained + lost;
+        let closure = explained - *self.start.get_or_insert(explained);
+        let terms = ledger.terms.iter().map(|term| term.value);
+        let remainder = has_remainder(ledger).then(|| ledger.remainder(0.0).unwrap_or(0.0));
+        terms.chain([stored, gained, lost, closure]).chain(remainder).collect()
+    }
+}
+
+fn has_remainder(ledger: &Ledger) -> bool {
+    ledger.terms.iter().any(|term| term.kind == TermKind::Remainder)
 }
 
 impl Monitor for BalanceHistory {
@@ -39,27 +69,19 @@ impl Monitor for BalanceHistory {
         self.interval
     }
 
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
-        let ledger = &snapshot.ledger;
-        let (stored, gained, lost) = (ledger.stored(), ledger.total(TermKind::Gain), ledger.lost());
-        let explained = stored - gained + lost;
-        let start = *self.start.get_or_insert(explained);
+    fn interpolates(&self) -> bool {
+        true
+    }
 
-        let mut heads = vec![self.units.head("time", "s")];
-        let mut row = vec![snapshot.time];
-        for term in &ledger.terms {
-            heads.push(self.units.head(&term.name, term.unit));
-            row.push(term.value);
-        }
-        let totals = [(STORED, stored), (GAINED, gained), (LOST, lost), (CLOSURE, explained - start)];
-        for (name, value) in totals {
-            heads.push(self.units.head(name, "J"));
-            row.push(value);
-        }
-        if ledger.terms.iter().any(|term| term.kind == TermKind::Remainder) {
-            heads.push(LOST_TO_ERRORS.to_owned());
-            row.push(ledger.remainder(0.0).unwrap_or(0.0));
-        }
+    fn begin_step(&mut self, snapshot: &Snapshot<'_>) {
+        let values = self.values(&snapshot.ledger);
+        self.step_start.keep(snapshot.time, values);
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>, due: f64) -> Result<()> {
+        let heads = [vec![self.units.head("time", "s")], self.heads(&snapshot.ledger)].concat();
+        let values = self.values(&snapshot.ledger);
+        let row = [vec![due], self.step_start.between(due, snapshot.time, values)].concat();
         self.history.append(&heads, &row)
     }
 
@@ -77,7 +99,7 @@ impl Monitor for BalanceHistory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::{BalanceTerm, Ledger};
+    use crate::simulation::BalanceTerm;
 
     fn term(name: &str, kind: TermKind, value: f64) -> BalanceTerm {
         BalanceTerm { name: name.into(), unit: "J", kind, value }
@@ -104,7 +126,7 @@ mod tests {
                 term("viscous dissipation", TermKind::Loss, 3.0 * time),
                 term("numerical dissipation", TermKind::Remainder, 10.0 - kinetic - 3.0 * time),
             ];
-            balance.sample(&Snapshot { time, ledger: Ledger { terms, largest }, ..Snapshot::default() }).unwrap();
+            balance.sample(&Snapshot { time, ledger: Ledger { terms, largest }, ..Snapshot::default() }, time).unwrap();
         }
         let table = HistoryTable::read(&dir.path().join("balance.csv")).unwrap();
         assert_eq!(table.column(CLOSURE).unwrap(), [0.0, 0.0]);
@@ -117,7 +139,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mut balance = BalanceHistory::new(dir.path(), 0.5, UnitLabels::Shown);
         for time in [0.0, 0.5, 1.0, 1.5] {
-            balance.sample(&falling(time)).unwrap();
+            balance.sample(&falling(time), time).unwrap();
         }
         let path = dir.path().join("balance.csv");
         let whole = std::fs::read_to_string(&path).unwrap();
@@ -127,7 +149,7 @@ mod tests {
         let mut resumed = BalanceHistory::new(dir.path(), 0.5, UnitLabels::Shown);
         resumed.resume(0.5).unwrap();
         for time in [0.5, 1.0, 1.5] {
-            resumed.sample(&falling(time)).unwrap();
+            resumed.sample(&falling(time), time).unwrap();
         }
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
     }

@@ -61,7 +61,7 @@ impl Monitor for Fields {
         self.interval
     }
 
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+    fn sample(&mut self, snapshot: &Snapshot<'_>, _due: f64) -> Result<()> {
         let time = snapshot.time;
         for set in &snapshot.points {
             self.write(set.name, "vtp", time, |path, precision, units| {

@@ -4,7 +4,7 @@
 //! part or support, and in a contact the force on the first of the two. The moment of a force about a point has
 //! the same sign.
 
-use super::history::History;
+use super::history::{History, StepStart};
 use super::label::{UnitLabels, file_name};
 use crate::error::Result;
 use crate::simulation::{Monitor, Snapshot};
@@ -46,13 +46,18 @@ impl Monitor for Forces {
         self.interval
     }
 
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+    /// Means are those up to the time at which it is due.
+    fn interpolates(&self) -> bool {
+        true
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>, due: f64) -> Result<()> {
         let unit = if snapshot.dimension == 2 { "N/m" } else { "N" };
         for (name, force) in &snapshot.forces {
             let axes = ["fx", "fy", "fz"].into_iter().take(snapshot.dimension);
             let mut heads = vec![self.units.head("time", "s")];
             heads.extend(axes.map(|axis| self.units.head_of(axis, unit, &on(name))));
-            let mut row = vec![snapshot.time];
+            let mut row = vec![due];
             row.extend_from_slice(&force[..snapshot.dimension]);
             if let Some((_, moment)) = snapshot.moments.iter().find(|(of, _)| of == name) {
                 let (first, unit) = if snapshot.dimension == 2 { (2, "N m/m") } else { (0, "N m") };
@@ -90,12 +95,13 @@ pub struct CountHistory {
     history: History,
     interval: f64,
     units: UnitLabels,
+    step_start: StepStart,
 }
 
 impl CountHistory {
     /// Counts in `directory`, every `interval` seconds.
     pub fn new(directory: &Path, interval: f64, units: UnitLabels) -> Self {
-        Self { history: History::new(directory.join("counts.csv")), interval, units }
+        Self { history: History::new(directory.join("counts.csv")), interval, units, step_start: StepStart::default() }
     }
 }
 
@@ -104,26 +110,35 @@ impl Monitor for CountHistory {
         self.interval
     }
 
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+    fn interpolates(&self) -> bool {
+        true
+    }
+
+    fn begin_step(&mut self, snapshot: &Snapshot<'_>) {
+        self.step_start.keep(snapshot.time, amounts(snapshot));
+    }
+
+    /// Counts are those at the end of the step.
+    fn sample(&mut self, snapshot: &Snapshot<'_>, due: f64) -> Result<()> {
         if snapshot.counts.is_empty() {
             return Ok(());
         }
-        let mut heads = vec![self.units.head("time", "s")];
-        let mut row = vec![snapshot.time];
-        for (name, count) in &snapshot.counts {
-            heads.push(name.clone());
-            row.push(*count as f64);
-        }
-        for (name, unit, amount) in &snapshot.amounts {
-            heads.push(self.units.head(name, unit));
-            row.push(*amount);
-        }
+        let counts = snapshot.counts.iter().map(|(name, _)| name.clone());
+        let named = snapshot.amounts.iter().map(|(name, unit, _)| self.units.head(name, unit));
+        let heads: Vec<String> = [self.units.head("time", "s")].into_iter().chain(counts).chain(named).collect();
+        let mut row = vec![due];
+        row.extend(snapshot.counts.iter().map(|(_, count)| *count as f64));
+        row.extend(self.step_start.between(due, snapshot.time, amounts(snapshot)));
         self.history.append(&heads, &row)
     }
 
     fn resume(&mut self, time: f64) -> Result<()> {
         self.history.resume(time)
     }
+}
+
+fn amounts(snapshot: &Snapshot<'_>) -> Vec<f64> {
+    snapshot.amounts.iter().map(|(_, _, amount)| *amount).collect()
 }
 
 #[cfg(test)]
@@ -144,7 +159,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mut forces = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
         for time in [0.0, 1.0, 2.0] {
-            forces.sample(&pushing(time)).unwrap();
+            forces.sample(&pushing(time), time).unwrap();
         }
         let path = dir.path().join("contact-ball-sheet.csv");
         let whole = std::fs::read_to_string(&path).unwrap();
@@ -158,7 +173,7 @@ mod tests {
 
         let mut resumed = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
         resumed.resume(1.0).unwrap();
-        resumed.sample(&pushing(2.0)).unwrap();
+        resumed.sample(&pushing(2.0), 2.0).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
     }
 
@@ -168,7 +183,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mut forces = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
         let moments = vec![("wall:left".to_owned(), [0.0, 0.0, 7.0])];
-        forces.sample(&Snapshot { moments: moments.clone(), ..pushing(1.0) }).unwrap();
+        forces.sample(&Snapshot { moments: moments.clone(), ..pushing(1.0) }, 1.0).unwrap();
         let text = |dir: &Path, name: &str| std::fs::read_to_string(dir.join(name)).unwrap();
         assert_eq!(
             text(dir.path(), "wall-left.csv"),
@@ -177,14 +192,14 @@ mod tests {
         assert!(!text(dir.path(), "contact-ball-sheet.csv").contains("mz"));
         let space = tempfile::tempdir().unwrap();
         let snapshot = Snapshot { moments, dimension: 3, ..pushing(1.0) };
-        Forces::new(space.path(), 1.0, UnitLabels::Hidden).sample(&snapshot).unwrap();
+        Forces::new(space.path(), 1.0, UnitLabels::Hidden).sample(&snapshot, 1.0).unwrap();
         assert!(text(space.path(), "wall-left.csv").contains("1.0,1.0,2.0,0.0,0.0,0.0,7.0\n"));
     }
 
     #[test]
     fn counts_share_a_table() {
         let dir = tempfile::tempdir().unwrap();
-        CountHistory::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
+        CountHistory::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0), 1.0).unwrap();
         let written = std::fs::read_to_string(dir.path().join("counts.csv")).unwrap();
         assert_eq!(written, "time,crossed:sheet,stray volume: water\n1.0,3.0,0.5\n");
     }

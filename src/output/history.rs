@@ -73,7 +73,7 @@ impl History {
         Ok(())
     }
 
-    /// Prepares for rows after `time` [s]: cuts the table behind the last whole row up to `time`.
+    /// Prepares for rows after `time` [s]: cuts the table behind the last whole row up to `time`, but for rounding.
     ///
     /// # Errors
     /// Input/output errors.
@@ -116,6 +116,30 @@ impl History {
         }
         let created = File::create(&self.path).and_then(|_| append_whole(&self.path, &csv_line(heads)));
         created.map_err(|error| Error::io(&self.path, error))
+    }
+}
+
+/// Values at the start of a step, for rows between both of its ends.
+#[derive(Debug, Clone, Default)]
+pub struct StepStart {
+    time: f64,
+    values: Vec<f64>,
+}
+
+impl StepStart {
+    /// Keeps the values at the start of a step at `time` [s].
+    pub fn keep(&mut self, time: f64, values: Vec<f64>) {
+        *self = Self { time, values };
+    }
+
+    /// The values at the time `due` [s], on the straight line to those at the end of the step at `time` [s]; those at the end, where
+    /// `due` is that time, or none were kept.
+    pub fn between(&self, due: f64, time: f64, end: Vec<f64>) -> Vec<f64> {
+        if self.values.len() != end.len() || !(self.time < due && due < time) {
+            return end;
+        }
+        let part = (due - self.time) / (time - self.time);
+        self.values.iter().zip(end).map(|(start, end)| start + part * (end - start)).collect()
     }
 }
 
@@ -201,6 +225,9 @@ fn append_whole(path: &Path, line: &[u8]) -> io::Result<()> {
     })
 }
 
+/// Times closer than this part of them are the same: a row has the time that it is due at, a step the sum of the steps.
+const SAME_TIME: f64 = 1e-9;
+
 /// Bytes up to the end of the last whole row not after `time`, and that row's time.
 /// Zero bytes if not even the heads are whole.
 fn rows_until(text: &[u8], time: f64) -> (u64, f64) {
@@ -214,7 +241,7 @@ fn rows_until(text: &[u8], time: f64) -> (u64, f64) {
     let mut row = csv::StringRecord::new();
     while let Ok(true) = reader.read_record(&mut row) {
         match row[0].parse::<f64>() {
-            Ok(t) if t <= time => (keep, last_time) = (reader.position().byte(), t),
+            Ok(t) if t <= time * (1.0 + SAME_TIME) => (keep, last_time) = (reader.position().byte(), t),
             _ => break,
         }
     }
@@ -236,6 +263,16 @@ mod tests {
             history.append(&heads(), &[f64::from(i) * 0.1, 1.0 / f64::from(i + 3)]).unwrap();
         }
         fs::read_to_string(path).unwrap()
+    }
+
+    #[test]
+    fn values_within_a_step_are_on_the_straight_line() {
+        let mut start = StepStart::default();
+        assert_eq!(start.between(1.5, 2.0, vec![7.0]), [7.0], "nothing was kept");
+        start.keep(1.0, vec![2.0, -1.0]);
+        assert_eq!(start.between(1.25, 2.0, vec![4.0, -1.0]), [2.5, -1.0]);
+        assert_eq!(start.between(2.0, 2.0, vec![4.0, -1.0]), [4.0, -1.0]);
+        assert_eq!(start.between(2.5, 3.0, vec![4.0]), [4.0], "other columns");
     }
 
     #[test]

@@ -39,6 +39,8 @@ use crate::linalg::SolverState;
 use crate::math::Vector;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// PFEM-2 in `D` dimensions on simplices with `N` = `D` + 1 nodes.
 pub struct Pfem2<const D: usize, const N: usize> {
@@ -69,6 +71,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// State of the linear solver, while a checkpoint is written or read.
     pub(super) solver_state: SolverState,
     timer: Timer,
+    /// True once the run is asked to stop.
+    pub(super) stop: Arc<AtomicBool>,
 }
 
 impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
@@ -98,6 +102,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         }
         self.predict_start(TimeStep { t, dt, theta: 1.0 });
         Ok(())
+    }
+
+    fn stop_on(&mut self, flag: Arc<AtomicBool>) {
+        self.stop = flag;
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
@@ -221,6 +229,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             steps: 0,
             solver_state: SolverState::default(),
             timer: Timer::default(),
+            stop: Arc::default(),
             system,
         }
     }

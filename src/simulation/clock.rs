@@ -1,19 +1,18 @@
 //! The ends of steps, and the times at which outputs are due.
 //!
-//! Time is the sum of the steps, but it never drifts from the output times: those are integer multiples
-//! n·Δt_out, and equal steps land on them exactly. Everything here is a function of the
-//! current time and the last step, so a resumed run takes the steps that the uninterrupted one would have taken.
+//! Steps follow from the solver and the end of the run alone: outputs don't change them, so that no key of an output changes a
+//! result. What is due between two ends of steps is shown at the second, and histories have the values on the straight line between both
+//! in their rows. Everything here is a function of the current time and the last step, so a resumed run takes the steps
+//! that the uninterrupted one would have taken.
 //!
-//! Output times of several schedules may lie so close to each other that a tiny step has to follow a long one. Where a
-//! solver can't take that, steps shrink towards such times and grow after them: with a ratio ρ, a gap a behind the target and
-//! the time r left to it, Δt ≤ ρ Δt_before and Δt ≤ (1 − 1/ρ) r + a, the first of the steps Δt, Δt/ρ, … that still end with ρ a.
+//! Only the last steps are cut, to reach the end: equal ones, so many that none is shorter than the solver can take after
+//! the one before. With a ratio ρ between two steps these are ρ/(ρ − 1), and two at least.
 
 /// Times closer than this fraction of an interval are the same time.
 const SAME_TIME: f64 = 1e-9;
 
-/// An output that is due this fraction of its interval before the end is the one at the end: `end = "1 s"` with an interval of
-/// "0.033333 s" shall not end with a step of ten microseconds, whose pressures would be what the step before left, over its length.
-const NEAR_THE_END: f64 = 1e-3;
+/// The least number of equal steps at the end.
+const LAST: f64 = 2.0;
 
 /// Simulated time, counted in steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,11 +21,12 @@ const NEAR_THE_END: f64 = 1e-3;
 /// use lateen::simulation::Clock;
 ///
 /// let mut clock = Clock::default();
-/// let target = 1.0;
-/// while clock.time < target {
-///     clock.advance(clock.next_dt(target, 0.3), target);
+/// let mut steps = vec![];
+/// while clock.time < 1.0 {
+///     clock.advance(clock.next_dt(1.0, 0.3, f64::INFINITY), 1.0);
+///     steps.push(clock.dt);
 /// }
-/// assert_eq!((clock.step, clock.dt, clock.time), (4, 0.25, 1.0), "equal steps that land on the target");
+/// assert_eq!((steps[0], clock.step, clock.time), (0.3, 4, 1.0), "what is left, 0.4, is taken in two equal steps");
 /// ```
 pub struct Clock {
     /// Time [s].
@@ -38,38 +38,35 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The longest step [s] where none is above `bound` or more than `ratio` times longer or shorter than the one before, on
-    /// the way to `target`, behind which comes another one after a time `gap` [s].
-    pub fn paced(&self, bound: f64, ratio: f64, target: f64, gap: f64) -> f64 {
-        if ratio.is_infinite() {
+    /// The next step [s] on the way to `end` [s]: `bound`, or less after a step that was shorter by more than `ratio`, or
+    /// one of the last equal ones.
+    pub fn next_dt(&self, end: f64, bound: f64, ratio: f64) -> f64 {
+        let bound = if self.dt > 0.0 { bound.min(ratio * self.dt) } else { bound };
+        let remaining = end - self.time;
+        let steps = (remaining / bound * (1.0 - SAME_TIME)).ceil();
+        let last = (1.0 - ratio.recip()).recip().max(LAST);
+        if remaining / bound > last || (remaining - steps * bound).abs() <= SAME_TIME * bound {
             return bound;
         }
-        let slower = (1.0 - ratio.recip()) * (target - self.time) + gap.min(bound);
-        let faster = if self.dt > 0.0 { ratio * self.dt } else { f64::INFINITY };
-        bound.min(slower).min(faster)
-    }
-
-    /// The next step [s]: at most `bound`, one of equal steps that land on `target`.
-    ///
-    /// Equal, because a step cut short at every output shakes the explicit membranes once per output interval: the
-    /// leap-frog with Δt near its bound then has bands of resonance in which a sheet gains energy without end.
-    pub fn next_dt(&self, target: f64, bound: f64) -> f64 {
-        let remaining = target - self.time;
-        let steps = (remaining / bound * (1.0 - SAME_TIME)).ceil();
         if steps > 1.0 { remaining / steps } else { remaining }
     }
 
-    /// Counts a step of `dt` [s]; a step that reaches `target` ends exactly there.
-    pub fn advance(&mut self, dt: f64, target: f64) {
-        self.time = if dt == target - self.time { target } else { self.time + dt };
+    /// Counts a step of `dt` [s]; one that reaches `end` ends exactly there. Steps of one length from 0 on end at multiples of it, without
+    /// the rounding of a sum: a run that goes on beyond its end takes the steps of a longer one.
+    pub fn advance(&mut self, dt: f64, end: f64) {
+        let sum = self.time + dt;
+        let multiple = (sum / dt).round() * dt;
+        let is = |time: f64| (time - sum).abs() <= SAME_TIME * dt;
+        self.time = if is(end) {
+            end
+        } else if is(multiple) {
+            multiple
+        } else {
+            sum
+        };
         self.step += 1;
         self.dt = dt;
     }
-}
-
-/// The next time that a step has to land on after `time` [s]: the first that a schedule is due at, or `end`.
-pub(super) fn next_target(time: f64, end: f64, schedules: impl Iterator<Item = Schedule>) -> f64 {
-    schedules.filter_map(|schedule| schedule.before(time, end)).fold(end, f64::min)
 }
 
 /// Something that is due at every integer multiple of an interval.
@@ -84,19 +81,27 @@ impl Schedule {
         Self { interval: if interval > 0.0 { interval } else { f64::INFINITY } }
     }
 
-    /// The first due time after `time` [s]; infinity if there is none.
-    pub fn next(&self, time: f64) -> f64 {
-        if self.interval.is_finite() {
-            ((time / self.interval + SAME_TIME).floor() + 1.0) * self.interval
-        } else {
-            f64::INFINITY
+    /// The due times of a step from `from` to `to` [s], without those at its start. A time is the same as another that is nearer
+    /// than a billionth of the interval.
+    pub fn due(&self, from: f64, to: f64) -> Vec<f64> {
+        let count = |time: f64| (time / self.interval + SAME_TIME).floor();
+        if self.interval.is_infinite() {
+            return Vec::new();
         }
+        // Sums of steps may miss a time by rounding.
+        let time = |n: f64| n * self.interval;
+        let (first, last) = (count(from) + 1.0, count(to));
+        (0..).map(|k| first + f64::from(k)).take_while(|&n| n <= last).map(time).collect()
     }
 
-    /// The first due time after `time` [s] that is well before `end` [s].
-    fn before(&self, time: f64, end: f64) -> Option<f64> {
-        let next = self.next(time);
-        (end - next > NEAR_THE_END * self.interval.min(end)).then_some(next)
+    /// True if something is due within a step from `from` to `to` [s], between both ends.
+    pub fn is_due_between(&self, from: f64, to: f64) -> bool {
+        self.due(from, to).first().is_some_and(|&first| !self.is_same(first, to))
+    }
+
+    /// True if two times [s] are the same, but for rounding.
+    pub fn is_same(&self, a: f64, b: f64) -> bool {
+        (a - b).abs() <= SAME_TIME * self.interval
     }
 
     /// True if `time` [s] is a multiple of the interval.
@@ -110,114 +115,95 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Runs to `end` with a constant bound, and returns every time that a schedule was due at.
-    fn due_times(interval: f64, bound: f64, end: f64) -> Vec<f64> {
-        let (schedule, mut clock, mut due) = (Schedule::every(interval), Clock::default(), vec![]);
+    /// The lengths of the steps to `end` under a constant bound.
+    fn steps(end: f64, bound: f64, ratio: f64, first: f64) -> Vec<f64> {
+        let (mut clock, mut steps) = (Clock::default(), vec![]);
+        clock.advance(first, end);
         while clock.time < end {
-            let target = schedule.next(clock.time).min(end);
-            clock.advance(clock.next_dt(target, bound), target);
-            assert!(clock.dt > 0.49 * bound.min(interval), "sliver of {} s at {}", clock.dt, clock.time);
-            if schedule.is_due(clock.time) {
-                due.push(clock.time);
-            }
+            clock.advance(clock.next_dt(end, bound, ratio), end);
+            steps.push(clock.dt);
         }
-        due
+        assert_eq!(clock.time, end);
+        steps
     }
 
     #[test]
-    fn output_times_are_integer_multiples_without_drift() {
-        let due = due_times(0.1, 0.037, 1000.0);
+    fn due_times_are_integer_multiples_without_drift() {
+        let (schedule, mut clock, mut due) = (Schedule::every(0.1), Clock::default(), vec![]);
+        while clock.time < 1000.0 {
+            let from = clock.time;
+            clock.advance(clock.next_dt(1000.0, 0.037, f64::INFINITY), 1000.0);
+            due.extend(schedule.due(from, clock.time));
+        }
         assert_eq!(due.len(), 10_000);
         assert!(due.iter().enumerate().all(|(n, &t)| t == (n + 1) as f64 * 0.1));
     }
 
+    /// A step may hold several due times, or none; one at its start belongs to the step before, one at its end to this, also where a sum
+    /// of steps misses it by rounding.
     #[test]
-    fn the_steps_to_an_output_are_equal() {
-        let clock = Clock { time: 1.0, ..Clock::default() };
-        assert_eq!(clock.next_dt(2.0, 0.9), 0.5);
-        assert_eq!(clock.next_dt(2.0, 1.0), 1.0);
-        assert_eq!(clock.next_dt(2.0, 0.4), 1.0 / 3.0);
-        assert_eq!(clock.next_dt(2.0, f64::INFINITY), 1.0);
+    fn a_step_has_the_due_times_up_to_its_end() {
+        let schedule = Schedule::every(0.25);
+        assert_eq!(schedule.due(0.25, 0.8), [0.5, 0.75]);
+        assert!(schedule.due(0.3, 0.45).is_empty());
+        assert_eq!(schedule.due(0.25 - 1e-16, 0.5 - 1e-16), [0.5]);
+        assert!(schedule.is_due_between(0.3, 0.8) && schedule.is_due_between(0.3, 0.5 + 1e-6));
+        assert!(!schedule.is_due_between(0.25, 0.5 - 1e-16) && !schedule.is_due_between(0.3, 0.4));
     }
 
     #[test]
-    fn outputs_never_drive_an_oscillator() {
-        // Leap-frog of ẍ = −x with Δt at most 1.6 of the 2 that are stable: the amplitude is at most
-        // 1/√(1 − ¼ Δt²) = 5/3 of the energy's, whatever the outputs.
-        for interval in (0..200).map(|k| 10.0 + 0.1 * f64::from(k)) {
-            let (schedule, mut clock, mut x, mut v) = (Schedule::every(interval), Clock::default(), 1.0_f64, 0.0);
-            for _ in 0..3000 {
-                let target = schedule.next(clock.time);
-                clock.advance(clock.next_dt(target, 1.6), target);
-                v -= x * clock.dt;
-                x += v * clock.dt;
-                assert!(x.abs() < 3.0, "|x| = {} with outputs every {interval}", x.abs());
+    fn steps_are_their_bound_but_for_the_last_ones() {
+        let all = steps(2.0, 0.3, f64::INFINITY, 0.2);
+        assert_eq!(all[..4], [0.3; 4]);
+        assert!(all.len() == 6 && all[4..].iter().all(|dt| (dt - 0.3).abs() < 1e-14), "{all:?}");
+        let all = steps(2.0, 0.3, f64::INFINITY, 0.3);
+        assert!(all.len() == 6 && all[4..].iter().all(|dt| (dt - 0.25).abs() < 1e-14), "{all:?}");
+    }
+
+    /// With a ratio of 1.2 between steps six at the end are equal, so that the first of them isn't too short.
+    #[test]
+    fn steps_grow_and_end_gradually() {
+        let ratio = 1.2;
+        for end in (0..50).map(|k| 20.0 + 0.02 * f64::from(k)) {
+            let all = steps(end, 0.3, ratio, 0.01);
+            let mut before = 0.01;
+            for dt in all {
+                assert!((1.0 / ratio..=1.000_001 * ratio).contains(&(dt / before)), "{dt} after {before}");
+                before = dt;
             }
         }
     }
 
     #[test]
-    fn intervals_that_differ_by_rounding_share_one_step() {
-        let (fine, coarse) = (Schedule::every(0.002e-3), Schedule::every(0.02e-3));
-        let mut clock = Clock::default();
-        for _ in 0..10_000 {
-            let target = fine.next(clock.time).min(coarse.next(clock.time));
-            clock.advance(clock.next_dt(target, 1.0), target);
-            assert!(clock.dt > 0.0019e-3);
-        }
-        assert!(coarse.is_due(clock.time) && fine.is_due(clock.time));
-        assert!((clock.time - 0.02).abs() < 1e-15);
-    }
-
-    #[test]
-    fn an_end_that_is_a_multiple_but_for_rounding_is_reached_in_one_step() {
-        let schedule = Schedule::every(0.002e-3);
-        let (end, mut clock) = (0.2e-3, Clock::default());
+    fn an_end_that_is_a_multiple_but_for_rounding_needs_no_step_more() {
+        let end = 0.2e-3;
         assert_ne!(100.0 * 0.002e-3, end, "the case that this test is about");
-        while clock.time < end {
-            let target = next_target(clock.time, end, [schedule].into_iter());
-            clock.advance(clock.next_dt(target, 1.0), target);
-        }
-        assert_eq!((clock.time, clock.step), (end, 100));
-        assert!(schedule.is_due(end));
+        assert_eq!(steps(end, 0.002e-3, f64::INFINITY, 0.002e-3).len(), 99);
+        assert_eq!(steps(end, f64::INFINITY, f64::INFINITY, 0.1e-3).len(), 1);
     }
 
+    /// 0.02 is no sum of powers of two: ten times the sum of it is 0.19999999999999998.
     #[test]
-    fn an_output_just_before_the_end_is_the_one_at_the_end() {
-        let schedules = [Schedule::every(0.033_333), Schedule::every(0.25)];
-        let (mut clock, mut shortest) = (Clock::default(), f64::INFINITY);
-        while clock.time < 1.0 {
-            let target = next_target(clock.time, 1.0, schedules.into_iter());
-            clock.advance(clock.next_dt(target, 0.1), target);
-            shortest = shortest.min(clock.dt);
-        }
-        // 30 × 0.033333 = 0.99999 is left out; 0.25 and 0.233331, 0.5 and 0.499995, 0.75 and 0.733326 are not.
-        assert_eq!((clock.time, clock.step), (1.0, 33));
-        assert!((shortest - 5e-6).abs() < 1e-12, "{shortest}");
-    }
-
-    /// Intervals of 1 and 1.0017: the shortest gap is 0.0017, steps are at most 0.3.
-    #[test]
-    fn steps_shrink_and_grow_gradually_where_outputs_nearly_meet() {
-        let (ratio, schedules) = (1.5, [Schedule::every(1.0), Schedule::every(1.0017)]);
-        let (mut clock, mut shortest, mut before) = (Clock::default(), f64::INFINITY, 0.0);
-        while clock.time < 20.0 {
-            let target = next_target(clock.time, 20.0, schedules.into_iter());
-            let gap = next_target(target, 21.0, schedules.into_iter()) - target;
-            let bound = clock.paced(0.3, ratio, target, gap);
-            clock.advance(clock.next_dt(target, bound), target);
-            let change = clock.dt / before;
-            // Equal steps to a target may take up to half of the bound.
-            assert!(before == 0.0 || (0.5 / ratio..=1.0001 * ratio).contains(&change), "{change} at {}", clock.time);
-            (before, shortest) = (clock.dt, f64::min(shortest, clock.dt));
-        }
-        assert!((shortest / 0.0017 - 1.0).abs() < 1e-9 && clock.step < 1500, "{shortest} {}", clock.step);
+    fn steps_of_one_length_have_no_rounding() {
+        let run = |end: f64| {
+            let mut clock = Clock::default();
+            let mut all = vec![];
+            while clock.time < end {
+                clock.advance(clock.next_dt(end, 0.02, 2.0), end);
+                all.push((clock.dt, clock.time));
+            }
+            all
+        };
+        let (short, long) = (run(0.2), run(0.4));
+        assert_eq!((short.len(), short[9]), (10, (0.02, 0.2)));
+        assert_eq!(short, long[..10]);
+        assert_eq!(long[19], (0.02, 0.4));
     }
 
     #[test]
     fn no_interval_is_never_due() {
         let never = Schedule::every(0.0);
-        assert_eq!(never.next(3.0), f64::INFINITY);
-        assert!(!never.is_due(0.0));
+        assert!(never.due(0.0, 1e300).is_empty());
+        assert!(!never.is_due(0.0) && !never.is_due_between(0.0, 1.0));
     }
 }

@@ -7,6 +7,8 @@
 use super::{Column, Snapshot, Solver};
 use crate::error::{Place, StepError};
 use crate::math::Signal;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A formula of the case.
 #[derive(Debug, Clone)]
@@ -72,6 +74,10 @@ impl Solver for Guarded {
 
     fn largest_change(&self) -> f64 {
         self.solver.largest_change()
+    }
+
+    fn stop_on(&mut self, flag: Arc<AtomicBool>) {
+        self.solver.stop_on(flag);
     }
 
     fn begin(&mut self, t: f64, dt: f64) -> Result<(), StepError> {

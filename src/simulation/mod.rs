@@ -20,12 +20,14 @@ pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
 pub use ledger::{BalanceTerm, CompensatedSum, Ledger, LedgerSums, TermId, TermKind};
 pub use progress::{Event, Observer, Progress};
-pub use run::{Plan, RunSummary, Simulation};
+pub use run::{LEAST_STEPS, Plan, RunSummary, Simulation};
 pub use said_once::SaidOnce;
 pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, Snapshot, SurfaceSet};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Bound of counts of steps, particles or events: a state beyond it was not left by a run.
 pub const MOST_COUNTED: u64 = 1 << 53;
@@ -102,6 +104,11 @@ pub trait Solver: Send {
         Ok(())
     }
 
+    /// Gives the flag that asks a run to stop: once it is true, [`Solver::begin`] returns soon, with a state that nobody will use.
+    fn stop_on(&mut self, flag: Arc<AtomicBool>) {
+        let _ = flag;
+    }
+
     /// Advances from `t` to `t + dt` [s].
     ///
     /// # Errors
@@ -156,17 +163,26 @@ pub trait Solver: Send {
 
 /// Something that watches a run: a field writer, a probe, a history.
 pub trait Monitor {
-    /// Times at which this monitor wants to see the state: every `interval` seconds from 0, and the end.
+    /// Times at which this monitor is due: every `interval` seconds from 0, and the end. Steps don't depend on them.
     /// Not a positive number: only the start and the end.
     fn interval(&self) -> f64;
 
-    /// Sees the state at time `snapshot.time`.
+    /// Sees the state at time `snapshot.time`, the end of a step within which it is due, at the time `due` [s].
     ///
     /// # Errors
     /// Input/output errors.
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()>;
+    fn sample(&mut self, snapshot: &Snapshot<'_>, due: f64) -> Result<()>;
 
-    /// True if it records forces: the means that it is shown begin anew each time.
+    /// True if it has values at every time that it is due at, also between the ends of steps; of several such times in a step the others see
+    /// the last.
+    fn interpolates(&self) -> bool {
+        false
+    }
+
+    /// Sees the state at the start of a step, between whose ends it is due; only where it interpolates.
+    fn begin_step(&mut self, _snapshot: &Snapshot<'_>) {}
+
+    /// True if it records forces: the means up to the time that it is due at begin anew each time.
     fn records_forces(&self) -> bool {
         false
     }

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! while t < t_end:
-//!     Δt ← the stable (or fixed) step, cut to land on the next output time
-//!     step; show the state to the monitors that are due; checkpoint when the wall clock says so
+//!     Δt ← the stable (or fixed) step
+//!     step; show the state to the monitors that were due within it; checkpoint when the wall clock says so
 //! ```
 //!
 //! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
@@ -18,15 +18,17 @@ mod summary;
 pub use summary::RunSummary;
 
 use self::impulse::Impulses;
-use super::clock::next_target;
 use super::progress::Pace;
-use super::{CheckpointStore, Clock, Event, Monitor, Observer, Progress, Schedule, Solver, Timer};
+use super::{CheckpointStore, Clock, Event, Monitor, Observer, Progress, Schedule, Snapshot, Solver, Timer};
 use crate::error::{Diagnostic, Error, Result, StepError};
 use crate::timed;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+
+/// Steps of a run at least where neither stability bounds them nor the case: fluids at rest have no errors either.
+pub const LEAST_STEPS: f64 = 200.0;
 
 /// The end of a run, its steps, and the interval of its checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,8 +151,9 @@ impl Simulation {
         self.store = Some(store);
     }
 
-    /// Stops after the step in which `flag` becomes true.
+    /// Stops after the step in which `flag` becomes true, or soon where a state at the start is looked for.
     pub fn stop_on(&mut self, flag: Arc<AtomicBool>) {
+        self.solver.stop_on(Arc::clone(&flag));
         self.stop = flag;
     }
 
@@ -209,46 +212,39 @@ impl Simulation {
         self.advance()?;
         self.steps += 1;
         self.particle_steps += self.solver.particle_count() as u64;
-        timed!(self.timer, "outputs", self.sample())?;
         if self.saved.elapsed() >= self.plan.checkpoint_every {
             timed!(self.timer, "checkpoints", self.save())?;
         }
         Ok(())
     }
 
-    /// The next step [s], cut to land on the next output, and the time of that [s].
-    fn next_step(&self) -> Result<[f64; 2], StepError> {
-        let schedules = || self.monitors.iter().map(|(schedule, _)| *schedule);
-        let target = next_target(self.clock.time, self.plan.end, schedules());
-        let gap = if target < self.plan.end {
-            next_target(target, self.plan.end, schedules()) - target
-        } else {
-            f64::INFINITY
-        };
-        let bound = self.clock.paced(self.bound()?, self.solver.largest_change(), target, gap);
-        Ok([self.clock.next_dt(target, bound), target])
+    /// The length of the next step [s].
+    fn next_dt(&self) -> Result<f64, StepError> {
+        Ok(self.clock.next_dt(self.plan.end, self.bound()?, self.solver.largest_change()))
     }
 
-    /// One step.
+    /// One step, and what outputs show of it.
     fn advance(&mut self) -> Result<()> {
-        let [dt, target] = self.next_step()?;
+        let dt = self.next_dt()?;
         if self.clock.time + dt <= self.clock.time {
             return Err(self.collapsed(dt).into());
         }
         let step = self.clock.step + 1;
         let span = [self.clock.time, self.clock.time + dt];
         self.show_followed(span);
+        self.show_start(span);
         self.broken = true;
         let substeps = self.solver.substeps(dt);
         self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
         self.broken = false;
-        self.clock.advance(dt, target);
+        self.clock.advance(dt, self.plan.end);
         self.substeps += substeps;
         self.element_steps += substeps * self.solver.element_count() as u64;
         self.impulses.add(self.solver.as_ref(), dt);
         self.show_followed(span);
         let (notices, progress) = (self.solver.notices(), self.progress());
-        notices.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))
+        notices.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))?;
+        timed!(self.timer, "outputs", self.sample(span[0]))
     }
 
     fn begin(&mut self) -> Result<()> {
@@ -263,13 +259,16 @@ impl Simulation {
             return Ok(());
         }
         // A step that can't be told is told of when it is to be taken.
-        if let Ok([dt, _]) = self.next_step() {
+        if let Ok(dt) = self.next_dt() {
             self.broken = true;
             self.solver.begin(self.clock.time, dt)?;
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
             self.broken = false;
             self.stored_at_start = self.solver.snapshot().ledger.stored();
         }
-        timed!(self.timer, "outputs", self.sample())?;
+        timed!(self.timer, "outputs", self.show(|_, time| vec![time]))?;
         timed!(self.timer, "checkpoints", self.save())
     }
 
@@ -295,6 +294,7 @@ impl Simulation {
             _ if stable.is_nan() || stable <= 0.0 => Err(self.collapsed(stable)),
             Some(fixed) if fixed > stable => Err(self.unstable(fixed, stable)),
             Some(fixed) => Ok(fixed),
+            None if stable.is_infinite() => Ok(self.solver.recommended_dt().min(self.plan.end / LEAST_STEPS)),
             None => Ok(self.solver.recommended_dt()),
         }
     }
@@ -310,10 +310,31 @@ impl Simulation {
         }
     }
 
-    /// Shows the state to every monitor that is due: at its times, at the start and at the end.
-    fn sample(&mut self) -> Result<()> {
-        let all = self.clock.step == 0 || self.clock.time >= self.plan.end;
-        self.show(|schedule, time| all || schedule.is_due(time))
+    /// Shows the state to every monitor that was due in the step that began at `from` [s]: at its times, and at the end.
+    fn sample(&mut self, from: f64) -> Result<()> {
+        let end = self.plan.end;
+        self.show(|schedule, time| {
+            let mut due = schedule.due(from, time);
+            if time >= end && !due.last().is_some_and(|&last| schedule.is_same(last, time)) {
+                due.push(time);
+            }
+            due
+        })
+    }
+
+    /// Shows the state at the start of a step to the monitors that have values within it.
+    fn show_start(&mut self, [from, to]: [f64; 2]) {
+        let wants = |(schedule, monitor): &(Schedule, Box<dyn Monitor>)| {
+            monitor.interpolates() && schedule.is_due_between(from, to)
+        };
+        if !self.monitors.iter().any(wants) {
+            return;
+        }
+        let snapshot = snapshot(self.solver.as_ref(), self.clock);
+        self.monitors
+            .iter_mut()
+            .filter(|monitor| wants(monitor))
+            .for_each(|(_, monitor)| monitor.begin_step(&snapshot));
     }
 
     /// Shows the state at an end of a step to the monitors that follow it.
@@ -321,30 +342,31 @@ impl Simulation {
         if !self.monitors.iter().any(|(_, monitor)| monitor.follows(from, to)) {
             return;
         }
-        let mut snapshot = self.solver.snapshot();
-        (snapshot.time, snapshot.step, snapshot.dt) = (self.clock.time, self.clock.step, self.clock.dt);
+        let snapshot = snapshot(self.solver.as_ref(), self.clock);
         let following = self.monitors.iter_mut().filter(|(_, monitor)| monitor.follows(from, to));
         following.for_each(|(_, monitor)| monitor.follow(&snapshot));
     }
 
-    /// Shows the state to the monitors whose schedules are chosen.
-    fn show(&mut self, chosen: impl Fn(&Schedule, f64) -> bool) -> Result<()> {
+    /// Shows the state to the monitors that are due, from their schedules and the time [s], at the times [s] that `due` gives.
+    fn show(&mut self, due: impl Fn(&Schedule, f64) -> Vec<f64>) -> Result<()> {
         let time = self.clock.time;
-        if !self.monitors.iter().any(|(schedule, _)| chosen(schedule, time)) {
+        let due: Vec<Vec<f64>> = self.monitors.iter().map(|(schedule, _)| due(schedule, time)).collect();
+        if due.iter().all(Vec::is_empty) {
             return Ok(());
         }
-        let mut snapshot = self.solver.snapshot();
-        (snapshot.time, snapshot.step, snapshot.dt) = (time, self.clock.step, self.clock.dt);
-        self.impulses.average([&mut snapshot.forces, &mut snapshot.moments]);
-        let mut recorded = false;
-        for (schedule, monitor) in &mut self.monitors {
-            if chosen(schedule, time) {
-                monitor.sample(&snapshot)?;
-                recorded |= monitor.records_forces();
+        let mut snapshot = snapshot(self.solver.as_ref(), self.clock);
+        for ((schedule, monitor), due) in self.monitors.iter_mut().zip(&due) {
+            let first = if monitor.interpolates() { 0 } else { due.len().saturating_sub(1) };
+            for &due in &due[first..] {
+                let rest = if schedule.is_same(due, time) { 0.0 } else { time - due };
+                if monitor.records_forces() {
+                    self.impulses.average(rest, [&mut snapshot.forces, &mut snapshot.moments]);
+                }
+                monitor.sample(&snapshot, due)?;
+                if monitor.records_forces() {
+                    self.impulses.begin_anew(rest);
+                }
             }
-        }
-        if recorded {
-            self.impulses = Impulses::default();
         }
         let (ledger, start) = (&snapshot.ledger, self.stored_at_start);
         let scale = ledger.scale(start);
@@ -368,4 +390,9 @@ impl Simulation {
             ..self.pace.progress(self.clock, self.plan.end, counts)
         }
     }
+}
+
+/// The state at a time.
+fn snapshot(solver: &dyn Solver, clock: Clock) -> Snapshot<'_> {
+    Snapshot { time: clock.time, step: clock.step, dt: clock.dt, ..solver.snapshot() }
 }

@@ -225,7 +225,7 @@ fn a_resumed_run_continues_the_numbers_of_its_pictures() {
         if let Some(time) = resume {
             picture.resume(time).unwrap();
         }
-        times.iter().for_each(|&time| picture.sample(&model.snapshot(time)).unwrap());
+        times.iter().for_each(|&time| picture.sample(&model.snapshot(time), time).unwrap());
         std::fs::read_to_string(dir.path().join("dam.csv")).unwrap()
     };
     let whole = run(None, &[0.0, 0.1, 0.2]);

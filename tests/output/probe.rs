@@ -198,7 +198,7 @@ fn histories_are_the_same_after_a_resume() {
         if let Some(time) = resume {
             probe.resume(time).unwrap();
         }
-        times.iter().for_each(|&time| probe.sample(&Snapshot { time, ..model.snapshot(3) }).unwrap());
+        times.iter().for_each(|&time| probe.sample(&Snapshot { time, ..model.snapshot(3) }, time).unwrap());
         std::fs::read_to_string(dir.path().join("mean.csv")).unwrap()
     };
     let whole = run(None, &[0.0, 1.0, 2.0]);

@@ -116,7 +116,7 @@ fn write_and_read_back(precision: Precision, tolerance: f64, counts: &[usize]) {
     let mut fields = Fields::new(directory.path(), 0.1, precision, UnitLabels::Shown);
     let models: Vec<Model> = counts.iter().enumerate().map(|(i, &n)| Model::new(n, 0.1 * i as f64)).collect();
     for model in &models {
-        fields.sample(&model.snapshot()).unwrap();
+        fields.sample(&model.snapshot(), 0.0).unwrap();
     }
     let expected = json!({
         "water": models.iter().map(|model| model.expected_points(tolerance)).collect::<Vec<_>>(),
@@ -152,7 +152,7 @@ fn elements_of_a_volume_with_four_nodes_are_tetrahedra() {
         element_fields: vec![],
     };
     let snapshot = Snapshot { dimension: 3, surfaces: vec![mesh], ..Snapshot::default() };
-    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot).unwrap();
+    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot, 0.0).unwrap();
     let expected = json!({ "mesh": [{
         "time": 0.0, "tolerance": 0.0, "points": nodes, "connectivity": elements.concat(), "offsets": [0, 4, 8],
         "types": [10, 10], "point-data": [], "cell-data": [],
@@ -180,7 +180,7 @@ fn surfaces_of_solids_are_lines_or_polygons() {
     };
     let outlines = shapes.iter().map(outline).collect();
     let snapshot = Snapshot { dimension: 3, outlines, ..Snapshot::default() };
-    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot).unwrap();
+    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot, 0.0).unwrap();
     let text = std::fs::read(directory.path().join("beam-surface/000000.vtp")).unwrap();
     assert!(String::from_utf8_lossy(&text).contains("NumberOfLines=\"4\" NumberOfPolys=\"0\""));
     let read = lateen::output::vtk::read_array(&directory.path().join("plate-surface/000000.vtp"), "traction").unwrap();
@@ -207,7 +207,7 @@ fn a_resumed_run_leaves_the_same_files_as_an_uninterrupted_one() {
         if let Some(time) = resume {
             fields.resume(time).unwrap();
         }
-        steps.for_each(|i| fields.sample(&Model::new(10 + i, 0.1 * i as f64).snapshot()).unwrap());
+        steps.for_each(|i| fields.sample(&Model::new(10 + i, 0.1 * i as f64).snapshot(), 0.1 * i as f64).unwrap());
     };
     let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     run(whole.path(), 0..6, None);

@@ -1,8 +1,14 @@
 //! Size of a solid in the fluids of PFEM-2.
 
 use crate::case::construct::{MeshSizes, PathResolution, shown};
+use crate::linalg::{SparseMatrix, factor_numbers};
 use crate::mesh::Locator;
 use crate::pfem2;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::setup::SolidSetup;
+
+/// Memory of an entry of the matrix of a solid in all its forms, as measured [bytes].
+const ENTRY: f64 = 80.0;
 
 /// One solid in a fluid.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +75,25 @@ impl SolidSummary {
         let place = shown(path.place, self.dimension);
         write!(f, " at rest, {:.1} on the {:.1e} m that it is likely to move (at {place})", path.cells, path.way)
     }
+}
+
+/// Memory that the matrices and the factor of elastic solids take in a step [bytes].
+pub(super) fn factor_memory<const D: usize>(solids: &[SolidSetup<D>]) -> f64 {
+    let elastic = solids.iter().filter(|solid| !solid.law.is_rigid());
+    elastic
+        .map(|solid| {
+            D.pow(2) as f64
+                * node_numbers(&solid.mesh).map_or(f64::INFINITY, |[own, factor]| 8.0 * factor + ENTRY * own)
+        })
+        .sum()
+}
+
+/// Blocks of the matrix of a solid, and of its factor.
+fn node_numbers<const D: usize>(mesh: &SolidMesh<D>) -> Option<[f64; 2]> {
+    let pairs =
+        mesh.elements.iter().flat_map(|nodes| nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| (a, b, 1.0))));
+    let graph = SparseMatrix::from_triplets(mesh.nodes.len(), pairs.collect());
+    Some([graph.values.len() as f64, factor_numbers(&graph)? as f64])
 }
 
 /// The solids in the mesh of the fluid.

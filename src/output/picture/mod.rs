@@ -222,7 +222,7 @@ impl Monitor for Picture {
         self.interval
     }
 
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+    fn sample(&mut self, snapshot: &Snapshot<'_>, _due: f64) -> Result<()> {
         if snapshot.time <= self.last_time {
             return Ok(());
         }

@@ -9,7 +9,7 @@ mod spec;
 pub use spec::{ProbeAxis, ProbeSpec, Reduction, Within};
 
 use super::component::Component;
-use super::history::History;
+use super::history::{History, StepStart};
 use super::label::{UnitLabels, component_names, file_name};
 use super::set::{Set, SetQuantity, Start, expected};
 use crate::error::{Diagnostic, Result};
@@ -30,6 +30,7 @@ pub struct Probe {
     heads: Vec<String>,
     history: History,
     interval: f64,
+    step_start: StepStart,
 }
 
 impl Probe {
@@ -74,7 +75,7 @@ impl Probe {
         let history = History::new(directory.join(format!("{}.csv", file_name(&spec.name))));
         let interval = spec.every.unwrap_or(interval);
         let impulse = spec.impulse.map(|window| ProbeIntegral::new(&spec.name, window));
-        Ok(Self { spec, dimension, found, impulse, start, heads, history, interval })
+        Ok(Self { spec, dimension, found, impulse, start, heads, history, interval, step_start: StepStart::default() })
     }
 
     /// The heads of the history, time first.
@@ -129,18 +130,36 @@ impl Probe {
     }
 }
 
+impl Probe {
+    /// The numbers of a row, after the time.
+    fn values(&self, snapshot: &Snapshot<'_>) -> Vec<f64> {
+        match &self.impulse {
+            Some(impulse) => impulse.values(snapshot.time, self.heads.len() - 1),
+            None => self.evaluate(snapshot),
+        }
+    }
+}
+
 impl Monitor for Probe {
     fn interval(&self) -> f64 {
         self.interval
     }
 
-    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
-        let mut row = vec![snapshot.time];
-        row.extend(match &self.impulse {
-            Some(impulse) => impulse.values(snapshot.time, self.heads.len() - 1),
-            None => self.evaluate(snapshot),
-        });
-        self.history.append(&self.heads, &row)
+    fn interpolates(&self) -> bool {
+        true
+    }
+
+    fn begin_step(&mut self, snapshot: &Snapshot<'_>) {
+        let values = self.values(snapshot);
+        self.step_start.keep(snapshot.time, values);
+    }
+
+    /// Counts are those at the end of the step.
+    fn sample(&mut self, snapshot: &Snapshot<'_>, due: f64) -> Result<()> {
+        let values = self.values(snapshot);
+        let counts = matches!(self.spec.reduction(), Some(Reduction::Count | Reduction::CountFragments));
+        let values = if counts { values } else { self.step_start.between(due, snapshot.time, values) };
+        self.history.append(&self.heads, &[vec![due], values].concat())
     }
 
     fn follows(&self, from: f64, to: f64) -> bool {

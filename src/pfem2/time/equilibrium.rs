@@ -18,6 +18,7 @@ use crate::pfem2::report::balance::SolidsAtStart;
 use crate::pfem2::report::notices::Notices;
 use crate::pfem2::solid::tracking::SolidTracking;
 use crate::pfem2::time::startup::impulsive_energy;
+use std::sync::atomic::Ordering;
 
 /// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids
 /// are at rest.
@@ -32,6 +33,10 @@ const FALLS: f64 = 0.9;
 
 /// Iterations after which there is no equilibrium.
 const ITERATIONS: usize = 400;
+
+/// Iterations without a smaller motion than all before, after which there is no equilibrium either: a gas that falls out of its box never
+/// comes to rest.
+const STALLED: usize = 100;
 
 /// Elements that a solid may move in an iteration.
 const WAY: f64 = 0.5;
@@ -59,7 +64,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
         let bounded = |step: f64, longest: Option<f64>| longest.map_or(step, |longest| step.min(longest));
         let (mut next, mut last) = (bounded(dt, self.longest(0.0)), 0.0);
-        let (mut largest, mut best): (f64, f64) = (0.0, f64::INFINITY);
+        let (mut largest, mut best, mut since): (f64, f64, usize) = (0.0, f64::INFINITY, 0);
         for iteration in 1..=ITERATIONS {
             let motion = self.relax(next, last)?;
             largest = largest.max(motion.acceleration);
@@ -73,12 +78,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
                 self.begin_at_rest(next)?;
                 return Ok(iteration);
             }
+            since = if motion.change < best { 0 } else { since + 1 };
             best = best.min(motion.change);
+            if since > STALLED {
+                return Err(self.never_at_rest(iteration));
+            }
+            // What was found so far isn't used.
+            if self.stop.load(Ordering::Relaxed) {
+                return Ok(iteration);
+            }
             last = next;
             let room = (WAY * self.system.shortest() / motion.change).sqrt();
             next = bounded(next * room.clamp(FACTORS[0], FACTORS[1]), longest);
         }
-        Err(self.never_at_rest())
+        Err(self.never_at_rest(ITERATIONS))
     }
 
     /// Bound of the artificial step [s], where the largest acceleration so far is `largest` [m/s²]; none where all solids have supports, or nothing
@@ -137,11 +150,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         Ok(())
     }
 
-    fn never_at_rest(&self) -> StepError {
-        let advice = "hold solids that can move freely, or let them sink to a wall or float; start without equilibrium, with damping, where \
-                      they buckle";
+    fn never_at_rest(&self, iterations: usize) -> StepError {
+        let advice = "hold solids that can move freely, or let them sink to a wall or float; close sides through which a heavy fluid \
+                      falls; start without equilibrium, with damping, where solids buckle";
         let what = "the solids find no equilibrium at the start";
-        StepError::new(Place::Everywhere, what, "iterations", ITERATIONS as f64, advice)
+        StepError::new(Place::Everywhere, what, "iterations", iterations as f64, advice)
     }
 }
 

@@ -22,7 +22,7 @@ impl Simulation {
         }
         self.broken = false;
         self.save()?;
-        self.show(|schedule, time| !schedule.is_due(time))?;
+        self.show(|schedule, time| if schedule.is_due(time) { vec![] } else { vec![time] })?;
         // Recorded impulses begin anew.
         self.save()
     }
