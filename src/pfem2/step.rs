@@ -190,7 +190,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
         pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
         if let Some(solids) = &mut pfem.system.particle_solids {
-            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
+            solids.start_volume = pfem.system.contents.volumes[solids.first..].iter().sum();
         }
         pfem
     }
@@ -292,14 +292,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let convected = self.system.imposed(step, &averaged.mean);
             for _ in 0..solutions {
                 timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
-                iterations += self.system.outcome.iterations;
+                iterations += self.system.linear.outcome.iterations;
             }
             if !timed!(self.timer, "solids", self.predict_again(step)?) {
                 break (averaged, convected);
             }
             self.system.restart(&start, &subscales);
         };
-        self.system.outcome.iterations = iterations;
+        self.system.linear.outcome.iterations = iterations;
         Ok(found)
     }
 

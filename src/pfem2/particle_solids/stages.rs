@@ -84,7 +84,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             (nodes.map(|i| system.velocity[i]), nodes.map(|i| system.pressure[i]), elements.drive(e, false))
         };
         solids.find_forces(&system.mesh, solution, step.dt, |node, axis| system.is_free(node, axis));
-        self.notices.solid_volume(system.volumes[solids.first..].iter().sum(), solids.start_volume);
+        self.notices.solid_volume(system.contents.volumes[solids.first..].iter().sum(), solids.start_volume);
         self.system.particle_solids = Some(solids);
         let supports = step.dt * self.power_of_supports(step, convected);
         if let (Some(now), Some(strain)) = (self.strain_energy(), &mut self.balance.strain) {
@@ -98,7 +98,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let elements = self.system.elements(convected);
         let driven = solids.driven(&self.system.mesh, step.end(), self.system.boundary_mask());
         let power = |(node, axis, velocity): (usize, usize, f64)| {
-            -elements.nodal_force(node, |i| self.system.unknowns[i])[axis] * velocity
+            -elements.nodal_force(node, |i| self.system.linear.unknowns[i])[axis] * velocity
         };
         driven.into_iter().map(power).sum()
     }

@@ -325,7 +325,7 @@ impl<const D: usize> SolidTracking<D> {
         let own_shares = if self.last.backward_steps > 0 { StepShares::backward_euler(step.dt) } else { shares };
         self.last.backward_steps = self.last.backward_steps.saturating_sub(1);
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
-        let mut nodal = immersed.forces(&system.mesh, &system.unknowns);
+        let mut nodal = immersed.forces(&system.mesh, &system.linear.unknowns);
         let mut powers = SolidPowers::default();
         if let Some(equations) = &immersed.equations {
             let Immersed { velocity, independent, .. } = immersed;

@@ -466,7 +466,7 @@ fn particles_of_a_solid_stay_as_they_are() {
         let own = (0..columns.len()).filter(|&p| identity[p] > 0.0);
         own.map(|p| (identity[p] as u64, (columns.position[p], columns.phase[p]))).collect::<BTreeMap<_, _>>()
     };
-    let (before, volume) = (places(&pfem), pfem.system.volumes[1]);
+    let (before, volume) = (places(&pfem), pfem.system.contents.volumes[1]);
     (0..30).for_each(|k| pfem.step(f64::from(k) * 0.01, 0.01).unwrap());
     let after = places(&pfem);
     assert!(before.keys().eq(after.keys()) && after.values().all(|(_, phase)| *phase == 1));
@@ -475,7 +475,7 @@ fn particles_of_a_solid_stay_as_they_are() {
     let moved = |(a, b): (&(Vector<2>, u8), &(Vector<2>, u8))| (a.0 - b.0).norm();
     let farthest = after.values().zip(before.values()).map(moved).fold(0.0, f64::max);
     assert!(farthest > 0.005, "{farthest}");
-    assert!((pfem.system.volumes[1] / volume - 1.0).abs() < 0.02, "{}", pfem.system.volumes[1] / volume);
+    assert!((pfem.system.contents.volumes[1] / volume - 1.0).abs() < 0.02, "{}", pfem.system.contents.volumes[1] / volume);
 }
 
 /// An element of a solid that runs empty is filled by particles with the mean stress and pressure of those around.

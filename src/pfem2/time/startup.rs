@@ -83,13 +83,13 @@ impl<const D: usize> BeforePrediction<D> {
             subscales: pfem.system.subscales.clone(),
             ledger: pfem.balance.ledger,
             forces: pfem.forces.clone(),
-            solver: pfem.system.solver_state(),
-            preconditioners: pfem.system.preconditioners,
+            solver: pfem.system.linear.solver_state(),
+            preconditioners: pfem.system.linear.preconditioners,
         }
     }
 
     fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) {
-        (pfem.system.subscales, pfem.system.preconditioners) = (self.subscales, self.preconditioners);
+        (pfem.system.subscales, pfem.system.linear.preconditioners) = (self.subscales, self.preconditioners);
         (pfem.balance.ledger, pfem.forces) = (self.ledger, self.forces);
         pfem.system.restore_solver(&self.solver);
     }
