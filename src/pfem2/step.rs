@@ -18,12 +18,11 @@
 
 use super::boundary::Boundary;
 use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
-use super::interface::phase_list::{Phase, PhaseList};
+use super::interface::phase_list::PhaseList;
 use super::interface::tracking::InterfaceTracking;
 use super::particles::FrozenFlow;
 use super::particles::project::ConvectedVelocity;
-use super::particles::reseed::ParticleCounts;
-use super::particles::tracking::{ParticleRules, ParticleTracking};
+use super::particles::tracking::ParticleTracking;
 use super::report::balance::{EnergyBalance, SolidsAtStart};
 use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
@@ -188,7 +187,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             .as_ref()
             .map(|solids| SolidsAtStart { energies: solids.last.energies, mass: solids.structure.mass() });
         pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
-        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
+        pfem.balance.strain = pfem.particles.strain_energy(&pfem.system).map(StrainEnergy::open);
         if let Some(solids) = &mut pfem.system.particle_solids {
             solids.start_volume = pfem.system.contents.volumes[solids.first..].iter().sum();
         }
@@ -197,7 +196,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The parts of the solver, before anything is averaged or counted.
     fn unopened(setup: Setup<D, N>) -> Self {
-        let (rules, phases) = (rules(&setup), phases(&setup));
+        let (rules, phases) = (setup.particle_rules(), setup.phases());
         let Setup { mesh, boundaries, fluids, tension, gravity, velocity, moments, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
@@ -238,7 +237,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The step of the method.
     fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
         // Turn the stresses of solids on particles: Becker (16), theory (K.3).
-        timed!(self.timer, "solids", self.rotate_stresses(step));
+        timed!(self.timer, "solids", self.particles.rotate_stresses(step, &self.system));
         // Predict u* of solids, and cut the mesh at their surface: theory J.1, J.2.
         timed!(self.timer, "solids", self.predict_solids(step)?);
         // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
@@ -262,11 +261,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
-        timed!(self.timer, "solids", self.update_particle_solids(step, &averaged)?);
+        let (system, interface) = (&self.system, &self.interface);
+        timed!(self.timer, "solids", self.particles.update_stresses(step, &averaged, system, interface)?);
         // Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
-        timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
+        timed!(self.timer, "correct", self.particles.correct(step, &averaged, system, interface));
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));
+        // Forces on solids on particles, their strain energy and the work of their supports: theory K.6.
         timed!(self.timer, "account", self.account_for_particle_solids(step, &convected));
         health::check_particles(&self.particles.columns)?;
         health::check_nodes(&self.system)
@@ -288,7 +289,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let found = loop {
             let (system, particles) = (&self.system, &self.particles);
             let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
-            timed!(self.timer, "project", self.gather_particle_solids());
+            timed!(self.timer, "project", self.average_particle_solids());
             let convected = self.system.imposed(step, &averaged.mean);
             for _ in 0..solutions {
                 timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
@@ -368,36 +369,29 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         balance.add(shares, self.steps == 0, system, interface, action);
     }
 
+    /// Forces of the fluid on solids on particles, the watch over their volume, and their energy.
+    fn account_for_particle_solids(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+        self.system.find_forces_on_particle_solids(step, convected);
+        if let Some([now, start]) = self.system.particle_solid_volumes() {
+            self.notices.solid_volume(now, start);
+        }
+        let supports = step.dt * self.system.power_of_supports(step, convected);
+        if let (Some(now), Some(strain)) = (self.particles.strain_energy(&self.system), &mut self.balance.strain) {
+            strain.add(now, supports);
+        }
+    }
+
+    /// Averages of solids on particles at the nodes and in the elements, those of new particles included.
+    fn average_particle_solids(&mut self) {
+        self.particles.admit_to_solids(&self.system);
+        self.system.gather_particle_solids(&self.particles.columns, &self.interface.phases());
+    }
+
     /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
     pub(super) fn update_contents(&mut self) {
-        self.gather_particle_solids();
+        self.average_particle_solids();
         self.system.fill(&self.interface.phases(), &self.history.velocity_previous);
         self.balance.sum(&self.system);
         self.interface.trace(&self.system);
-    }
-}
-
-/// The phases: fluids, and then solids on particles.
-fn phases<const D: usize, const N: usize>(setup: &Setup<D, N>) -> Vec<Phase> {
-    let fluids = setup.fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
-    fluids.chain(setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density))).collect()
-}
-
-/// The rules of the particles.
-fn rules<const D: usize, const N: usize>(setup: &Setup<D, N>) -> ParticleRules {
-    let solids = setup.particle_solids.iter().map(|solid| solid.law.density);
-    let density: Vec<f64> = setup.fluids.iter().map(|fluid| fluid.density).chain(solids).collect();
-    let lightest = density.iter().copied().fold(f64::INFINITY, f64::min);
-    // The level set is negative in a solid, whatever its density.
-    let negative = |phase: usize| setup.particle_solids.is_empty() || phase >= setup.fluids.len();
-    let is_projectile = |(phase, rho): (usize, &f64)| {
-        density.len() == 2 && negative(phase) && *rho >= setup.projectile_ratio * lightest
-    };
-    ParticleRules {
-        kernel: setup.kernel,
-        target: ParticleCounts::new::<D>(setup.particles.len() / setup.mesh.elements().len()),
-        is_projectile: density.iter().enumerate().map(is_projectile).collect(),
-        relaxation: setup.relaxation,
-        unresolved: setup.unresolved,
     }
 }
