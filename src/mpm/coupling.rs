@@ -18,7 +18,7 @@ use super::particles::Body;
 use super::state::health;
 use super::state::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, MembraneSetup, SheetContact, Step};
+use super::{Grid, LeapfrogStep, MembraneSetup, SheetContact};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -35,7 +35,7 @@ const OVERLAP_ALLOWED: f64 = 0.1;
 #[derive(Debug, Clone, Copy)]
 pub struct SubStep<'a> {
     /// The step.
-    pub step: &'a Step,
+    pub step: &'a LeapfrogStep,
     /// Beginning of the sub-step after the start of the step, for positions [s].
     pub elapsed: f64,
     /// Length [s].
@@ -129,7 +129,7 @@ impl<const D: usize> Coupling<D> {
         grid: &mut Grid<D>,
         walls: &Walls<D>,
         bodies: &[Body<D>],
-        step: &Step,
+        step: &LeapfrogStep,
         timer: &mut Timer,
     ) -> Result<(), StepError> {
         let count = self.substeps(step.longer());
@@ -163,7 +163,7 @@ impl<const D: usize> Coupling<D> {
     ///
     /// # Errors
     /// A node is.
-    fn check_squeezed(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
+    fn check_squeezed(&self, walls: &Walls<D>, step: &LeapfrogStep) -> Result<(), StepError> {
         self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
             let positions = NodePositions { position: &membrane.position, reference: &membrane.reference };
             let squeeze = self.contact.squeezed(index, positions, walls, step.dt);

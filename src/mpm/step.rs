@@ -23,7 +23,6 @@ pub(super) mod schedule;
 mod to_grid;
 mod to_particles;
 
-use super::Grid;
 use super::coupling::Coupling;
 use super::grid::Ghosts;
 use super::particles::shifting::{self, Surroundings};
@@ -34,6 +33,7 @@ use super::state::stability::GROWTH;
 use super::state::{columns, health, snapshot};
 use super::transfer::Executor;
 use super::wall::Walls;
+use super::{Grid, LeapfrogStep};
 use crate::error::StepError;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
@@ -41,41 +41,6 @@ use method::{MethodChoices, StepCount};
 
 /// Largest ratio of two successive steps where there are membranes.
 const CHANGE: f64 = 1.5;
-
-/// The times of one step [s].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// Start, tⁿ.
-    pub t: f64,
-    /// Positions move by dt^{n+½}.
-    pub dt: f64,
-    /// The step before, dt^{n−½}; 0 at the start.
-    pub dt_before: f64,
-    /// Momentum advances by dtⁿ = ½(dt^{n−½} + dt^{n+½}).
-    pub momentum_dt: f64,
-}
-
-impl Step {
-    fn new(t: f64, dt: f64, dt_before: f64) -> Self {
-        Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
-    }
-
-    /// The longer of its two increments, which has to be stable [s]: where a short step follows a long one,
-    /// the momentum takes half of both.
-    pub fn longer(&self) -> f64 {
-        self.dt.max(self.momentum_dt)
-    }
-
-    /// The time at which the velocities before the step hold, t^{n−½} [s].
-    pub fn before(&self) -> f64 {
-        self.t - 0.5 * self.dt_before
-    }
-
-    /// The time at which the velocities after the step hold, t^{n+½} [s].
-    pub fn after(&self) -> f64 {
-        self.t + 0.5 * self.dt
-    }
-}
 
 /// The material point method in `D` dimensions.
 #[derive(Debug)]
@@ -111,7 +76,7 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        let step = Step::new(t, dt, self.clock.dt_before);
+        let step = LeapfrogStep::new(t, dt, self.clock.dt_before);
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         let StepCount { bound, steps, .. } = self.clock;
         self.clock = StepCount { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
@@ -159,14 +124,14 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn substeps(&self, dt: f64) -> u64 {
-        let count = || self.coupling.substeps(Step::new(0.0, dt, self.clock.dt_before).longer());
+        let count = || self.coupling.substeps(LeapfrogStep::new(0.0, dt, self.clock.dt_before).longer());
         if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
     }
 }
 
 impl<const D: usize> Mpm<D> {
     /// The step: trial momentum of the bodies, membranes and contact, walls, then back to the particles.
-    fn advance(&mut self, step: &Step) -> Result<(), StepError> {
+    fn advance(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         timed!(self.timer, "activate", self.activate());
         self.energy.work = GridWork::default();
         self.filter_order = self.method.due_filter(step);
@@ -193,7 +158,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The membranes take their steps and meet the bodies, walls and obstacles.
-    fn advance_membranes(&mut self, step: &Step) -> Result<(), StepError> {
+    fn advance_membranes(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         let Self { grid, walls, bodies, coupling, energy, timer, .. } = self;
         coupling.advance(grid, walls, bodies, step, timer)?;
         energy.add_walls(&walls.book_sheets(&coupling.contact.wall_pushes(), step.momentum_dt));
@@ -201,7 +166,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Leads the volumes of gases to what the grid shows, and finds where the particles of liquids are to go.
-    fn correct_particles(&mut self, step: &Step) {
+    fn correct_particles(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
         let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
@@ -211,7 +176,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Shifts the particles of liquids, and parts particles from membranes and obstacles.
-    fn displace_particles(&mut self, step: &Step) {
+    fn displace_particles(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, executor, .. } = self;
         let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         let work = shifting::displace(around, bodies, coupling, step);

@@ -17,7 +17,7 @@
 //! `time/startup.rs`). All of it is linear: convection and geometry come from the particles.
 
 use super::boundary::Boundary;
-use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
+use super::equations::system::{Physics, VelocityPressureSystem};
 use super::interface::phase_list::PhaseList;
 use super::interface::tracking::InterfaceTracking;
 use super::particles::FrozenFlow;
@@ -30,6 +30,7 @@ use super::report::strain::StrainEnergy;
 use super::report::{checkpoint, health, snapshot};
 use super::setup::{InitialState, Scheme, Setup};
 use super::solid::tracking::SolidTracking;
+use super::theta_step::ThetaStep;
 use super::time::history::{LARGEST_CHANGE, TimeHistory};
 use super::time::startup::impulsive_energy;
 use super::time::step_bounds::{StepLimits, foreseen_speed};
@@ -95,7 +96,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         if self.start == InitialState::Equilibrium {
             self.find_equilibrium(dt)?;
         }
-        self.predict_start(TimeStep { t, dt, theta: 1.0 });
+        self.predict_start(ThetaStep { t, dt, theta: 1.0 });
         Ok(())
     }
 
@@ -104,10 +105,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         let at = |error| StepError { time: t, ..error };
         // Predicted already, unless the step is another one than was foreseen.
         if self.steps == 0 && self.history.scheme != Scheme::BackwardEuler && self.history.dt_previous != dt {
-            self.predict_first_step(TimeStep { t, dt, theta: 1.0 }).map_err(at)?;
+            self.predict_first_step(ThetaStep { t, dt, theta: 1.0 }).map_err(at)?;
         }
         let theta = self.history.implicit_share(dt);
-        self.advance(TimeStep { t, dt, theta }).map_err(at)?;
+        self.advance(ThetaStep { t, dt, theta }).map_err(at)?;
         let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.prediction_error));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
         self.history.advance(dt);
@@ -235,7 +236,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// The step of the method.
-    fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
+    fn advance(&mut self, step: ThetaStep) -> Result<(), StepError> {
         // Turn the stresses of solids on particles: Becker (16), theory (K.3).
         timed!(self.timer, "solids", self.particles.rotate_stresses(step, &self.system));
         // Predict u* of solids, and cut the mesh at their surface: theory J.1, J.2.
@@ -281,7 +282,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The linear solver doesn't converge; an element of a solid turns inside out.
     pub(super) fn find_velocity(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         solutions: usize,
     ) -> Result<(ConvectedVelocity<D>, Vec<Vector<D>>), StepError> {
         let (start, subscales) = (self.system.velocity.clone(), self.system.subscales.clone());
@@ -308,7 +309,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// An element of a solid turns inside out.
-    pub(super) fn predict_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
+    pub(super) fn predict_solids(&mut self, step: ThetaStep) -> Result<(), StepError> {
         let Some(solids) = &mut self.solids else { return Ok(()) };
         solids.predict(step, &self.history, &mut self.system)
     }
@@ -318,7 +319,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// As [`Self::predict_solids`].
-    fn predict_again(&mut self, step: TimeStep) -> Result<bool, StepError> {
+    fn predict_again(&mut self, step: ThetaStep) -> Result<bool, StepError> {
         let Some(solids) = &mut self.solids else { return Ok(false) };
         solids.predict_again(step, &mut self.system)
     }
@@ -327,14 +328,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// An element of a solid is turned inside out.
-    pub(super) fn advance_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
+    pub(super) fn advance_solids(&mut self, step: ThetaStep) -> Result<(), StepError> {
         let shares = self.history.shares(step);
         let Some(solids) = &mut self.solids else { return Ok(()) };
         solids.advance(step, shares, &self.system)
     }
 
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
-    pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: TimeStep) {
+    pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: ThetaStep) {
         self.interface.count_outflow(flow, &self.system);
         self.system.carry_subscales(step, self.history.shares(step));
         let feet = flow.feet(&self.system);
@@ -348,7 +349,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
-    fn velocity_at_start(&self, step: TimeStep) -> Vec<Vector<D>> {
+    fn velocity_at_start(&self, step: ThetaStep) -> Vec<Vector<D>> {
         let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
         let mut velocity = velocity.clone();
         if self.steps == 0 {
@@ -358,7 +359,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Forces on the boundary, and the energy balance.
-    fn account(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+    fn account(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         let Self { system, interface, forces, balance, .. } = self;
         let shares = self.history.shares(step);
         let action = forces.update(system, step, convected, shares);
@@ -370,7 +371,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Forces of the fluid on solids on particles, the watch over their volume, and their energy.
-    fn account_for_particle_solids(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+    fn account_for_particle_solids(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         self.system.find_forces_on_particle_solids(step, convected);
         if let Some([now, start]) = self.system.particle_solid_volumes() {
             self.notices.solid_volume(now, start);

@@ -37,7 +37,7 @@ use crate::mpm::transfer::{
     Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
 };
 use crate::mpm::wall::{Bodies, Walls};
-use crate::mpm::{Body, Grid, Node, Step, VelocityField};
+use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};
 use free_volume::{at_walls, of_node, share_beside};
 
@@ -232,7 +232,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
     coupling: &mut Coupling<D>,
-    step: &Step,
+    step: &LeapfrogStep,
 ) -> f64 {
     let mut work = 0.0;
     let shifted = bodies.iter_mut().enumerate().filter(|(_, body)| !body.work.shift.is_empty());
@@ -271,7 +271,7 @@ fn keep_out<const D: usize>(
     walls: &Walls<D>,
     bodies: &mut [Body<D>],
     coupling: &Coupling<D>,
-    step: &Step,
+    step: &LeapfrogStep,
 ) -> f64 {
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {

@@ -1,6 +1,6 @@
 //! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum, Lian (60–64).
 
-use super::Step;
+use super::LeapfrogStep;
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::grid::Ghosts;
@@ -41,7 +41,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// m_I and p_I⁻ with the binding walls, Lian (60, 61); f_I too, where the stresses are known.
-    pub(super) fn scatter_momentum(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    pub(super) fn scatter_momentum(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, method, coupling, members, executor, .. } = self;
         grid.with_field(field, |grid, own| {
@@ -64,7 +64,7 @@ impl<const D: usize> Mpm<D> {
 
     /// f_I of stresses and of forces on particles, Lian (17, 18), where they could not be scattered with the momentum; before
     /// that the stress update over the interval that led here, Lian (62, 63), if that is its place.
-    pub(super) fn scatter_forces(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    pub(super) fn scatter_forces(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_before(step.dt_before);
         let parameters = self.method.parameters(step, strain_dt.unwrap_or(0.0), self.landing(step));
         let Self { grid, bodies, ghosts, walls, method, members, executor, .. } = self;
@@ -89,7 +89,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls, Lian (64).
-    pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
+    pub(super) fn advance_momentum(&mut self, field: usize, step: &LeapfrogStep) {
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, bodies, coupling, .. } = self;
         grid.with_field(field, |grid, own| {
@@ -103,7 +103,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The walls once more, after contact, which may have pushed into them.
-    pub(super) fn constrain_walls(&mut self, step: &Step) {
+    pub(super) fn constrain_walls(&mut self, step: &LeapfrogStep) {
         let Self { grid, walls, coupling, .. } = self;
         if coupling.membranes.is_empty() && grid.fields.len() < 2 {
             return;

@@ -1,6 +1,6 @@
 //! From the grid back to the particles: velocities, stresses, places, Lian (65, 19).
 
-use super::Step;
+use super::LeapfrogStep;
 use super::schedule::StrainVelocity;
 use crate::error::StepError;
 use crate::math::Vector;
@@ -16,7 +16,7 @@ use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
     /// Turns (m, p⁺, f) into (m, v⁺, a), adds the work of the forces to the ledger, and fills the ghosts.
-    pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
+    pub(super) fn finish_nodes(&mut self, field: usize, step: &LeapfrogStep) {
         let (share, dt) = (self.method.pic_share(step.momentum_dt), step.momentum_dt);
         let gravity = self.method.uniform_gravity(step.t);
         let Self { grid, walls, ghosts, energy, .. } = self;
@@ -39,12 +39,12 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The end of the step: where the particles are then.
-    pub(super) fn landing(&self, step: &Step) -> Landing<D> {
+    pub(super) fn landing(&self, step: &LeapfrogStep) -> Landing<D> {
         Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
     /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; with them all that the schedule does in the same sweep.
-    pub(super) fn move_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    pub(super) fn move_particles(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
         let Self { grid, bodies, ghosts, method, members, executor, energy, filter_order, .. } = self;
@@ -64,7 +64,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The noise filter, if it is due.
-    pub(super) fn filter_noise(&mut self, field: usize, step: &Step) {
+    pub(super) fn filter_noise(&mut self, field: usize, step: &LeapfrogStep) {
         let (order, t) = (self.filter_order, step.after());
         if order == 0 {
             return;
@@ -78,7 +78,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory A.8); then x_p += Δt ẋ_p.
-    pub(super) fn update_stresses(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    pub(super) fn update_stresses(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
         match self.method.schedule.after_contact(self.filter_order).strain_velocity {
@@ -98,7 +98,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Maps the particles' new velocity to the nodes, ṽ (theory A.8), and finds the heat that they hand to the particles.
-    fn remap(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    fn remap(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, bodies, ghosts, walls, method, members, executor, energy, filter_order, .. } = self;
@@ -122,7 +122,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Moves the particles that no sweep has moved yet, sees that all are sound, and finds what the next step needs of them.
-    pub(super) fn land_particles(&mut self, step: &Step) -> Result<(), StepError> {
+    pub(super) fn land_particles(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, ghosts, bodies, method, executor, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).landing;
@@ -142,7 +142,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Moves the obstacles, and sees that the membranes are sound.
-    pub(super) fn finish_step(&mut self, step: &Step) -> Result<(), StepError> {
+    pub(super) fn finish_step(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         self.walls.record_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);
         let mut membranes = self.coupling.membranes.iter();

@@ -14,7 +14,7 @@
 
 use super::{Bodies, Walls};
 use crate::math::Vector;
-use crate::mpm::Step;
+use crate::mpm::LeapfrogStep;
 use crate::mpm::particles::Body;
 
 /// The least distance from an obstacle over the reach of the body.
@@ -55,7 +55,7 @@ impl<const D: usize> Walls<D> {
         cell: f64,
         field: usize,
         bodies: &Bodies<'_, D>,
-        step: &Step,
+        step: &LeapfrogStep,
     ) -> Vec<(usize, u32, Vector<D>)> {
         let obstacles = self.surfaces(field);
         if obstacles.is_empty() {

@@ -11,7 +11,7 @@
 //! assemble       rows of the matrix, gathered from the elements around a node
 //! contents       what fills each element in a step; cut elements                 theory F.6, G.8
 //! prescribed     unknowns that the boundary and solids prescribe
-//! physics        the choices of a run, and the time of a step
+//! physics        the fluids and the choices of a run
 //! linear_system  matrix and right-hand side of a step, and their solution        theory F.15, J.4
 //! system         the velocity–pressure system of a step: state, stages
 //! fill           its stage that fills the elements, and enriches cut ones        theory F.6, G.8

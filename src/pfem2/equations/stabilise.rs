@@ -1,18 +1,18 @@
 //! Subscales of a step: carried along with the flow, found with the solution, and projected for the next step (theory F.7).
 
 use super::element::Stabilisation;
-use super::physics::TimeStep;
 use super::subscale;
 use super::system::VelocityPressureSystem;
 use super::viscous::ViscousFlow;
 use crate::math::Vector;
 use crate::parallel;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::solid::cut::ElementState;
 use crate::pfem2::time::history::StepShares;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// Finds ũ̂ of a step, in which accelerations have these shares.
-    pub(in crate::pfem2) fn carry_subscales(&mut self, step: TimeStep, shares: StepShares) {
+    pub(in crate::pfem2) fn carry_subscales(&mut self, step: ThetaStep, shares: StepShares) {
         let shares = [shares.start, shares.earlier];
         self.subscales.dynamic.carry(&self.mesh, &self.mesh_data.size, &self.velocity, step.dt, shares);
     }

@@ -13,7 +13,7 @@ use super::convergence;
 use super::element::Equations;
 use super::linear_system::LinearSystem;
 use super::mesh_data::MeshData;
-pub use super::physics::{Physics, TimeStep};
+pub use super::physics::Physics;
 use super::prescribed::PrescribedUnknowns;
 use super::subscale::Subscales;
 use crate::error::{Place, StepError};
@@ -21,6 +21,7 @@ use crate::linalg::{BlockMatrix, SolverOptions, SolverState};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::interface::phases::Phases;
@@ -119,7 +120,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     ///
     /// # Errors
     /// The linear solver doesn't converge.
-    pub fn solve(&mut self, step: TimeStep, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
+    pub fn solve(&mut self, step: ThetaStep, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
         self.equations.delta = step.delta();
         self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
         self.fill(phases, convected);
@@ -136,7 +137,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Fills matrix and right-hand side.
-    fn assemble(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+    fn assemble(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         let mut rhs = std::mem::take(&mut self.linear.rhs);
         rhs.fill([0.0; N]);
         self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));
@@ -184,7 +185,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
-    pub fn imposed(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
+    pub fn imposed(&self, step: ThetaStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut convected = convected.to_vec();
         if let Some(immersed) = &self.immersed {
             immersed.extend(|node| immersed.velocity_hat[node], &mut convected);

@@ -6,7 +6,8 @@ use super::stress::SolvedFlow;
 use crate::error::{Place, StepError};
 use crate::math::{Tensor, Vector};
 use crate::parallel;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::ThetaStep;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::Particles;
@@ -19,7 +20,7 @@ const LEAST_VOLUME_RATIO: f64 = 0.1;
 
 impl<const D: usize> ParticleTracking<D> {
     /// Turns the stresses of particles of solids with the spin of vⁿ, before they move: Becker (16), theory (K.3).
-    pub fn rotate_stresses<const N: usize>(&mut self, step: TimeStep, system: &VelocityPressureSystem<D, N>) {
+    pub fn rotate_stresses<const N: usize>(&mut self, step: ThetaStep, system: &VelocityPressureSystem<D, N>) {
         let Some(solids) = &system.particle_solids else { return };
         solids.rotate(&mut self.columns, &system.mesh, &system.velocity, step.dt);
     }
@@ -36,7 +37,7 @@ impl<const D: usize> ParticleTracking<D> {
     /// An element of a solid loses most of its volume in the step.
     pub fn update_stresses<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         averaged: &ConvectedVelocity<D>,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
@@ -75,7 +76,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// No element of a solid turns inside out.
-    fn check_particle_solids(&self, step: TimeStep) -> Result<(), StepError> {
+    fn check_particle_solids(&self, step: ThetaStep) -> Result<(), StepError> {
         let Some(solids) = &self.particle_solids else { return Ok(()) };
         let (mesh, velocity) = (&self.mesh, &self.velocity);
         let ratio = |place: usize| {
@@ -98,7 +99,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Finds the forces of the fluid on the solids on particles: theory K.6.
-    pub(in crate::pfem2) fn find_forces_on_particle_solids(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+    pub(in crate::pfem2) fn find_forces_on_particle_solids(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         let Some(mut solids) = self.particle_solids.take() else { return };
         let elements = self.elements(convected);
         let solution = |e: usize| {
@@ -116,7 +117,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Power of moving supports of solids on particles [W].
-    pub(in crate::pfem2) fn power_of_supports(&self, step: TimeStep, convected: &[Vector<D>]) -> f64 {
+    pub(in crate::pfem2) fn power_of_supports(&self, step: ThetaStep, convected: &[Vector<D>]) -> f64 {
         let Some(solids) = &self.particle_solids else { return 0.0 };
         let elements = self.elements(convected);
         let driven = solids.driven(&self.mesh, step.end(), self.boundary_mask());

@@ -13,9 +13,10 @@ use super::moments::{self, ForcedPart, MomentPoint, StepMeans};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::{Boundary, BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::assemble::ElementEquations;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::time::history::StepShares;
 use std::collections::BTreeMap;
 
@@ -108,7 +109,7 @@ impl<const D: usize> BoundaryForces<D> {
     pub fn update<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        step: TimeStep,
+        step: ThetaStep,
         convected: &[Vector<D>],
         shares: StepShares,
     ) -> BoundaryAction<D> {
@@ -122,7 +123,7 @@ impl<const D: usize> BoundaryForces<D> {
     pub fn begin<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        step: TimeStep,
+        step: ThetaStep,
         convected: &[Vector<D>],
     ) -> BoundaryAction<D> {
         let (parts, action) = self.measure(system, step, convected);
@@ -135,7 +136,7 @@ impl<const D: usize> BoundaryForces<D> {
     fn measure<const N: usize>(
         &self,
         system: &VelocityPressureSystem<D, N>,
-        step: TimeStep,
+        step: ThetaStep,
         convected: &[Vector<D>],
     ) -> (Vec<PartAction<D>>, BoundaryAction<D>) {
         let VelocityPressureSystem { mesh, boundary, velocity, .. } = system;
@@ -212,7 +213,9 @@ fn open_boundary_load<const D: usize, const N: usize>(
     mut add: impl FnMut(usize, Vector<D>),
 ) {
     let mesh = elements.mesh;
-    for e in (0..elements.mesh_data.open.len()).filter(|&e| elements.mesh_data.open[e] != 0 && elements.with_solid(e).is_none()) {
+    for e in (0..elements.mesh_data.open.len())
+        .filter(|&e| elements.mesh_data.open[e] != 0 && elements.with_solid(e).is_none())
+    {
         let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
         for k in (0..N).filter(|&k| elements.mesh_data.open[e] >> k & 1 == 1) {
             let area = simplex.facet_area(k) * (elements.contents.elements[e].viscosity / D as f64);

@@ -27,7 +27,7 @@ fn stirred<const D: usize, const N: usize>(
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still.clone(), options);
     let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
-    system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
+    system.solve(ThetaStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
     assert!(!system.contents.cuts.is_empty());
     fastest(&system.velocity) / (g * dt)
 }

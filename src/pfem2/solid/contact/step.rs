@@ -12,7 +12,7 @@ use crate::linalg::SparseFactor;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Boundary;
-use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::solid::equations::SolidEquations;
 use crate::pfem2::solid::equations::independent::SolutionVelocities;
 use crate::pfem2::solid::setup::Inertia;
@@ -127,7 +127,7 @@ impl<const D: usize> StepContacts<D> {
     /// Solids go through each other.
     pub fn find<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         structure: &Structure<D>,
         mesh: &Mesh<D, N>,
         about: &ContactPrediction<'_, D>,
@@ -241,7 +241,7 @@ impl<const D: usize> StepContacts<D> {
     /// Takes the impulses of contacts out of the accelerations at the end of a step, and lets solids that collided
     /// begin anew: they have no share in later steps (theory (J.16a)). Returns their change of the power of supports
     /// [W].
-    pub fn end_impulses(&self, step: TimeStep, structure: &mut Structure<D>, prediction: &Prediction<D>) -> f64 {
+    pub fn end_impulses(&self, step: ThetaStep, structure: &mut Structure<D>, prediction: &Prediction<D>) -> f64 {
         let all = || self.contacts.acting();
         let velocity = |a: usize| structure.state.velocity[a];
         let excess = all().map(|contact| contact.excess_power(step.theta, velocity)).sum();
@@ -302,7 +302,7 @@ impl<const D: usize> StepContacts<D> {
     /// True if contacts that begin in a step carry most of what presses on a solid, and stop more of it than the step
     /// resolves: with forces in part those of its start, a solid at the gap at its end would have a velocity away from
     /// it that nothing gave it (theory J.8).
-    pub fn has_unresolved_impact(&self, step: TimeStep, structure: &Structure<D>, velocity: &[Vector<D>]) -> bool {
+    pub fn has_unresolved_impact(&self, step: ThetaStep, structure: &Structure<D>, velocity: &[Vector<D>]) -> bool {
         let mut solids = vec![Impact::default(); structure.setups().len()];
         let fastest =
             |solid: usize| velocity[structure.nodes_of(solid)].iter().fold(0.0, |most: f64, v| most.max(v.norm()));
