@@ -9,14 +9,15 @@
 //! | stage | first | last | modified last | average |
 //! |---|---|---|---|---|
 //! | `scatter_momentum` | m, p | m, p, f | m, p, f | m, p |
-//! | `scatter_forces` | σ by v⁻, f | | | σ by v⁻ over ½ Δt, f |
-//! | `move_particles` | v | v, σ by v⁺, x | v, ṽ | v, ṽ |
+//! | `complete_forces` | σ by v⁻, f | | | σ by v⁻ over ½ Δt, f |
+//! | `update_velocities` | v | v, σ by v⁺, x | v, ṽ | v, ṽ |
 //! | `filter_noise` | if it is due | if it is due | if it is due | if it is due |
-//! | `update_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
-//! | `land_particles` | x | | | |
+//! | `complete_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
+//! | `finish_particles` | x, checks | checks | checks | checks |
 //!
-//! `last` moves first and updates stresses in `update_stresses` with a cure of locking, or where the filter is due;
-//! with a cure of locking forces are scattered in `scatter_forces` always.
+//! `last` updates stresses and moves the particles in `complete_stresses` with a cure of locking, or where the filter is due;
+//! with a cure of locking forces are scattered in `complete_forces` always. Whatever the stress update, the nodes have f_I
+//! after `complete_forces`; the particles have v_p after `filter_noise`, σ_p after `complete_stresses`, x_p after `finish_particles`.
 
 pub(super) mod method;
 pub(super) mod schedule;
@@ -49,8 +50,6 @@ pub struct Mpm<const D: usize> {
     pub(super) ghosts: Ghosts<D>,
     pub(super) walls: Walls<D>,
     pub(super) bodies: Vec<Body<D>>,
-    /// Numbers of the bodies in each velocity field.
-    pub(super) members: Vec<Vec<usize>>,
     pub(super) coupling: Coupling<D>,
     pub(super) method: MethodChoices<D>,
     /// The executor of the sweeps over the particles.
@@ -132,27 +131,28 @@ impl<const D: usize> Solver for Mpm<D> {
 impl<const D: usize> Mpm<D> {
     /// The step: trial momentum of the bodies, membranes and contact, walls, then back to the particles.
     fn advance(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
-        timed!(self.timer, "activate", self.activate());
+        timed!(self.timer, "activate", self.prepare_grid());
         self.energy.work = GridWork::default();
         self.filter_order = self.method.due_filter(step);
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "p2g", self.scatter_momentum(field, step)?); // m_I, p_I⁻        Lian (60, 61)
-            timed!(self.timer, "stress", self.scatter_forces(field, step)?); // σ, f_I   Lian (62, 63; 17, 18)
+            timed!(self.timer, "stress", self.complete_forces(field, step)?); // σ, f_I   Lian (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  Lian (64)
         }
         self.advance_membranes(step)?; // membranes, J_I                                            Lian (32–59)
-        self.correct_particles(step);
-        timed!(self.timer, "grid", self.constrain_walls(step)); // once more
+        self.correct_volumes(step);
+        timed!(self.timer, "grid", self.constrain_by_walls(step)); // once more
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
-            timed!(self.timer, "g2p", self.move_particles(field, step)?); // v_p, ẋ_p           Lian (65, 19)
+            timed!(self.timer, "g2p", self.update_velocities(field, step)?); // v_p, ẋ_p           Lian (65, 19)
             timed!(self.timer, "g2p", self.filter_noise(field, step));
-            timed!(self.timer, "stress", self.update_stresses(field, step)?); // σ, x_p  Lian (62, 63; 19)
+            timed!(self.timer, "stress", self.complete_stresses(field, step)?); // σ, x_p  Lian (62, 63; 19)
         }
-        timed!(self.timer, "g2p", self.land_particles(step)?);
+        timed!(self.timer, "g2p", self.finish_particles(step)?);
         timed!(self.timer, "shift", self.displace_particles(step));
-        self.finish_step(step)?;
+        self.advance_obstacles(step);
+        self.check_membranes()?;
         self.energy.close_step(&self.bodies);
         health::check_energy(self.energy.sum())
     }
@@ -165,8 +165,8 @@ impl<const D: usize> Mpm<D> {
         Ok(())
     }
 
-    /// Leads the volumes of gases to what the grid shows, and finds where the particles of liquids are to go.
-    fn correct_particles(&mut self, step: &LeapfrogStep) {
+    /// Leads the volumes of gases and liquids to what the grid shows, and finds where the particles of liquids are to go.
+    fn correct_volumes(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
         let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
