@@ -26,7 +26,7 @@ use crate::timed;
 
 /// A membrane lies between a particle and something rigid if the cosine of the angle between the shortest lines from the particle to the two
 /// is above this ...
-const FACING: f64 = 0.7;
+const FACING_COSINE: f64 = 0.7;
 
 /// ... and the membrane is no farther from the particle than the rigid surface, but for this overlap [cells].
 const OVERLAP_ALLOWED: f64 = 0.1;
@@ -186,7 +186,9 @@ impl<const D: usize> Coupling<D> {
     pub fn lies_between(&self, cell: f64, field: usize, x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
         (0..self.membranes.len()).any(|index| {
             let to = self.contact.vector_to_sheet(index, field, x, cell);
-            to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + OVERLAP_ALLOWED * cell)
+            to.is_some_and(|to| {
+                to.dot(normal) < -FACING_COSINE * to.norm() && to.norm() <= distance + OVERLAP_ALLOWED * cell
+            })
         })
     }
 

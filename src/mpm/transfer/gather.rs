@@ -13,7 +13,7 @@ use crate::math::simd::{Lanes, Task, widest};
 use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
 
 /// Few enough bins for one thread.
-const FEW: usize = 16;
+const FEW_BINS: usize = 16;
 
 /// A few consecutive particles, and the sums over the nodes around them.
 pub(crate) struct Chunk<'a, const D: usize> {
@@ -218,7 +218,7 @@ fn split<const D: usize, A: Reduce>(
     particles: View<'_, D>,
     work: &(impl Fn(BinRun<'_, D>, View<'_, D>) -> A + Sync),
 ) -> A {
-    if part.bins.len() <= FEW {
+    if part.bins.len() <= FEW_BINS {
         return work(part, particles);
     }
     let (first, second) = part.split_at(part.bins.len() / 2);

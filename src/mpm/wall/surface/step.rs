@@ -4,7 +4,7 @@ use super::{ImpulseIterate, Law, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
 use crate::mpm::wall::gap::Bodies;
-use crate::mpm::wall::position_correction::CLOSEST;
+use crate::mpm::wall::position_correction::LEAST_OBSTACLE_DISTANCE;
 use crate::mpm::wall::solid::RigidBoundary;
 use crate::mpm::wall::{Pushes, Walls};
 use crate::mpm::{Grid, LeapfrogStep, Node, WallKind};
@@ -78,7 +78,7 @@ impl<const D: usize> Walls<D> {
         let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &RigidBoundary<'_, D>| {
             let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
             let (distance, normal) = obstacle.distance(x, Vector::ZERO);
-            let share = if self.boundaries[obstacle.number()].kind.binds() { CLOSEST } else { 1.0 };
+            let share = if self.boundaries[obstacle.number()].kind.binds() { LEAST_OBSTACLE_DISTANCE } else { 1.0 };
             let gap = distance - share * body.reach(p, normal, grid.cell);
             let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + APPROACH_ALLOWANCE * grid.cell;
             let boundary = obstacle.number() as u32;

@@ -2,14 +2,14 @@
 //!
 //! ```text
 //! corner c in an element that is cut       fluid part: the polygon of nodes outside, cut points, and c between these
-//! corner c in another element              see `tips`
+//! corner c in another element              see `corners_beyond_nodes`
 //! ear clipping                             triangles of the corners of a polygon; of all ears the one of the best shape first
 //! ```
 //!
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
-use super::cut_point::{CLOSEST, CLOSEST_GLIDING};
-use super::tips::Tip;
+use super::corners_beyond_nodes::CornersBeyondNodes;
+use super::cut_point::{LEAST_EDGE_SHARE, LEAST_GLIDING_EDGE_SHARE};
 use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 /// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept
 /// away from nodes.
-const INSIDE: f64 = CLOSEST;
+const LEAST_SHAPE_FUNCTION: f64 = LEAST_EDGE_SHARE;
 
 /// Area of a triangle over the square of its longest side below which its corners lie in a line.
 const FLAT: f64 = 1e-6;
@@ -45,8 +45,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let kept = match (self.state[element], &corners[..]) {
                 (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
                 (ElementState::Fluid, _) => {
-                    let tip = Tip::new(mesh, self, (element, corners), |behind| !held.contains_key(&behind));
-                    tip.and_then(|tip| self.keep_tip(mesh, surface, &tip))
+                    let is_plain = |behind| !held.contains_key(&behind);
+                    let beyond = CornersBeyondNodes::new(mesh, self, (element, corners), is_plain);
+                    beyond.and_then(|beyond| self.keep_corners_beyond_nodes(mesh, surface, &beyond))
                 }
                 (ElementState::Solid, _) => None,
             };
@@ -64,7 +65,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
-            if (point.position - corner).norm() <= 2.0 * CLOSEST_GLIDING * (end - start).norm() {
+            if (point.position - corner).norm() <= 2.0 * LEAST_GLIDING_EDGE_SHARE * (end - start).norm() {
                 point.bound_directions = None;
                 any = true;
             }
@@ -93,7 +94,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             if shape.iter().any(|&n| n < 0.0) {
                 return None;
             }
-            let kept = shape.map(|n| n.max(INSIDE));
+            let kept = shape.map(|n| n.max(LEAST_SHAPE_FUNCTION));
             let sum: f64 = kept.iter().sum();
             Some((e, mesh.corners(e).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()))
         };
