@@ -2,10 +2,11 @@
 //! The same sums one particle at a time: [`super::plain`].
 
 use super::bins::Bin;
+use super::column::{CHUNK, put};
 use super::frame::TileFrame;
 use super::gather_kernel::{self, GatherSums, Gathered};
-use super::place::{Places, put};
-use super::rows::{CHUNK, Rows};
+use super::place::Places;
+use super::rows::Rows;
 use super::tile::{Extent, NodeRecord, TILE_NODES, Tile, for_each_run};
 use super::view::View;
 use super::{Kernel, Sweep};

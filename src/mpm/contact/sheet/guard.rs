@@ -13,9 +13,9 @@
 //! Neither momentum nor energy changes; the work that the forces would have done along the displacement is booked (`shifting`).
 
 use super::closest_point::Nearest;
-use super::facet::SheetFacet;
 use crate::math::Vector;
 use crate::mpm::Body;
+use crate::mpm::contact::facet::SheetFacet;
 use crate::parallel;
 
 /// The least distance from a sheet over the particle's half size.

@@ -6,8 +6,8 @@
 //! element with a node inside     a triangle at each of the ends of the last edge
 //! ```
 
-use super::corners::{PolygonCorner, triangulated};
 use super::cut_point::crossing;
+use super::polygon::{PolygonCorner, triangulated};
 use super::{ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -59,10 +59,18 @@ impl<'a, const D: usize> CornersBeyondNodes<'a, D> {
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// Keeps such corners; `None` where the surface crosses an edge on its way otherwise than twice.
-    pub(super) fn keep_corners_beyond_nodes(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, beyond: &CornersBeyondNodes<D>) -> Option<()> {
+    pub(super) fn keep_corners_beyond_nodes(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        surface: &SolidSurface<D>,
+        beyond: &CornersBeyondNodes<D>,
+    ) -> Option<()> {
         let ElementState::Cut(root) = self.state[beyond.root] else { return None };
-        let crossings: Vec<Crossing<D>> =
-            beyond.way.iter().map(|&(element, k)| crossings(mesh, surface, beyond, element, k)).collect::<Option<_>>()?;
+        let crossings: Vec<Crossing<D>> = beyond
+            .way
+            .iter()
+            .map(|&(element, k)| crossings(mesh, surface, beyond, element, k))
+            .collect::<Option<_>>()?;
         let mut pieces = vec![around_corners(mesh, beyond, &crossings[0])?];
         for (pair, both) in beyond.way.windows(2).zip(crossings.windows(2)) {
             pieces.push(between_edges(mesh, [pair[0], pair[1]], [&both[0], &both[1]])?);
