@@ -11,6 +11,7 @@ use super::equations::independent::SolutionVelocities;
 use super::holding::{HeldStep, Holders, HoldingForces};
 use super::setup::SurfaceCondition;
 pub(in crate::pfem2) use super::step_results::SolidStep;
+use super::step_results::energies;
 use super::structure::bodies::{SolidPowers, SolvedStep, quadrilaterals};
 use super::structure::outline::SolidOutline;
 use super::structure::{Prediction, Structure};
@@ -23,7 +24,6 @@ use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, StepMeans};
-use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
 /// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew
@@ -372,19 +372,6 @@ impl<const D: usize> SolidTracking<D> {
         self.last.holding.add_to_means(impulses.iter().map(|all| all.force * part));
         self.last.holding_moments.add_to_means(impulses.iter().map(|all| all.moment * part));
     }
-}
-
-/// Energies of a structure [J], with these powers [W].
-///
-/// # Errors
-/// An element is turned inside out.
-pub(super) fn energies<const D: usize>(
-    structure: &Structure<D>,
-    powers: SolidPowers,
-) -> Result<SolidEnergies, StepError> {
-    let SolidPowers { gravity, supports } = powers;
-    let (kinetic, strain) = (structure.kinetic_energy(), structure.strain_energy()?);
-    Ok(SolidEnergies { kinetic, strain, gravity, supports })
 }
 
 /// No solid has reached the boundary of the mesh, but where its nodes are `held`.
