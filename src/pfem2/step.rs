@@ -341,21 +341,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
-        self.balance.dissipation.start = feet.carried(mesh, &self.velocity_at_start(step));
+        // Before the first step walls and inlets take hold of their nodes.
+        let start = (self.steps == 0).then(|| self.system.held_velocity(step.t));
+        self.balance.dissipation.start = feet.carried(mesh, start.as_ref().unwrap_or(&self.system.velocity));
         if self.system.physics.stabilisation.has_inertia() {
             let carried = feet.carried(mesh, &self.system.subscales.projected);
             self.system.subscales.projected = carried;
         }
-    }
-
-    /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
-    fn velocity_at_start(&self, step: ThetaStep) -> Vec<Vector<D>> {
-        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
-        let mut velocity = velocity.clone();
-        if self.steps == 0 {
-            boundary.held(mesh, step.t).into_iter().for_each(|(node, held)| velocity[node] = held);
-        }
-        velocity
     }
 
     /// Forces on the boundary, and the energy balance.
@@ -373,9 +365,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Forces of the fluid on solids on particles, the watch over their volume, and their energy.
     fn account_for_particle_solids(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         self.system.find_forces_on_particle_solids(step, convected);
-        if let Some([now, start]) = self.system.particle_solid_volumes() {
-            self.notices.solid_volume(now, start);
-        }
+        let volumes = self.system.particle_solid_volumes();
+        volumes.iter().for_each(|&[now, start]| self.notices.solid_volume(now, start));
         let supports = step.dt * self.system.power_of_supports(step, convected);
         if let (Some(now), Some(strain)) = (self.particles.strain_energy(&self.system), &mut self.balance.strain) {
             strain.add(now, supports);

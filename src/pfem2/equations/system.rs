@@ -184,6 +184,13 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.prescribed.is_free(node, axis)
     }
 
+    /// The velocity of the nodes where walls and inlets take hold of theirs at time `t` [s] [m/s].
+    pub(in crate::pfem2) fn held_velocity(&self, t: f64) -> Vec<Vector<D>> {
+        let mut velocity = self.velocity.clone();
+        self.boundary.held(&self.mesh, t).into_iter().for_each(|(node, held)| velocity[node] = held);
+        velocity
+    }
+
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
     pub fn imposed(&self, step: ThetaStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut convected = convected.to_vec();
