@@ -74,7 +74,7 @@ fn compare(before: Option<&toml::Value>, now: Option<&toml::Value>, key: &str, f
 
 /// A value in a few words.
 fn shown(value: Option<&toml::Value>) -> String {
-    const LONGEST: usize = 60;
+    const LONGEST_VALUE: usize = 60;
     match value {
         None => "not there".to_owned(),
         Some(toml::Value::Array(values)) if values.iter().any(toml::Value::is_table) => {
@@ -83,7 +83,7 @@ fn shown(value: Option<&toml::Value>) -> String {
         Some(toml::Value::Table(_)) => "a table".to_owned(),
         Some(value) => {
             let text = value.to_string();
-            let cut = text.char_indices().nth(LONGEST).map_or(text.len(), |(at, _)| at);
+            let cut = text.char_indices().nth(LONGEST_VALUE).map_or(text.len(), |(at, _)| at);
             if cut < text.len() { format!("{}…", &text[..cut]) } else { text }
         }
     }

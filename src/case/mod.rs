@@ -76,7 +76,7 @@ pub struct Source {
 }
 
 /// The longest case file that is read [bytes].
-const LONGEST: u64 = 16 << 20;
+const LONGEST_FILE: u64 = 16 << 20;
 
 impl Source {
     /// Reads a file.
@@ -86,8 +86,8 @@ impl Source {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let Some(bytes) = input::read_up_to(path, LONGEST).map_err(|e| Error::io(path, e))? else {
-            let message = format!("{name} is too long for a case: more than {LONGEST} bytes");
+        let Some(bytes) = input::read_up_to(path, LONGEST_FILE).map_err(|e| Error::io(path, e))? else {
+            let message = format!("{name} is too long for a case: more than {LONGEST_FILE} bytes");
             return Err(Error::case(Diagnostic::error("", message)));
         };
         let text = String::from_utf8(bytes).map_err(|e| {

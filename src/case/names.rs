@@ -12,7 +12,7 @@ use crate::simulation::Snapshot;
 use std::collections::{HashMap, HashSet};
 
 /// The longest name [bytes]: the force of a contact has two of them in the name of its file, and file systems allow 255.
-const LONGEST: usize = 100;
+const LONGEST_NAME: usize = 100;
 
 /// True if a case may have this name, which is that of a folder.
 pub fn is_case_name(name: &str) -> bool {
@@ -22,10 +22,11 @@ pub fn is_case_name(name: &str) -> bool {
 
 /// Why no file can be called after a name, and what to do.
 fn unfit(name: &str) -> Option<(String, String)> {
-    if name.len() > LONGEST {
+    if name.len() > LONGEST_NAME {
         let message = format!("this name is too long: {} bytes", name.len());
-        let help =
-            format!("files of the run are called after it: {LONGEST} at most, where letters beyond ASCII have 2 to 4");
+        let help = format!(
+            "files of the run are called after it: {LONGEST_NAME} at most, where letters beyond ASCII have 2 to 4"
+        );
         return Some((message, help));
     }
     let control = name.chars().find(|&c| is_hidden(c))?;

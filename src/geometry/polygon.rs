@@ -25,7 +25,7 @@ impl PartialEq for Polygon {
 type SideBox = GeomWithData<Rectangle<[f64; 2]>, usize>;
 
 /// Up to so many sides, all of them are looked at.
-const FEW: usize = 32;
+const FEW_SIDES: usize = 32;
 
 impl Polygon {
     /// The polygon through `corners` [m], in either sense of rotation, between the heights z = `lower` and `upper` [m].
@@ -46,7 +46,7 @@ impl Polygon {
         if twice_area < 0.0 {
             corners.reverse();
         }
-        let tree = (corners.len() > FEW).then(|| boxes(&corners));
+        let tree = (corners.len() > FEW_SIDES).then(|| boxes(&corners));
         Ok(Self { corners, lower, upper, tree })
     }
 

@@ -20,7 +20,7 @@ const BLOCK: i64 = 8;
 const ON_BOUNDARY: f64 = 1e-9;
 
 /// Advice about too many particles.
-const FEWER: &str = "increase `spacing`, or make the region smaller: are the units of both right?";
+const FEWER_PARTICLES: &str = "increase `spacing`, or make the region smaller: are the units of both right?";
 
 /// Most particles of one region: identities have 32 bits.
 const MOST_PARTICLES: f64 = u32::MAX as f64;
@@ -189,10 +189,10 @@ impl Lattice {
                 "a lattice of {expected:.3e} points, {} m apart, covers the region of {size} m: too many",
                 self.spacing
             );
-            return Err(Diagnostic::error("spacing", message).help(FEWER));
+            return Err(Diagnostic::error("spacing", message).help(FEWER_PARTICLES));
         }
         if let Some(message) = self.refusal(region, bounds, expected) {
-            return Err(Diagnostic::error("spacing", message).help(FEWER));
+            return Err(Diagnostic::error("spacing", message).help(FEWER_PARTICLES));
         }
         let index = |x: f64, i: usize| ((x - self.origin[i]) / self.spacing - 0.5).floor() as i64;
         let in_use = |i: usize| i < self.dimension;

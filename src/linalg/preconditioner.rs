@@ -3,9 +3,9 @@
 use super::border::PressureCompliance;
 use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
+use super::options::SolverKind;
 use super::pivoted::PivotedFactor;
 use super::schur::BlockTriangular;
-use super::solver::SolverKind;
 
 /// Nodes up to which a factorisation is worth its time and memory, in 2D and 3D. In 3D it costs 1.8 times what
 /// multigrid does at 1,700 nodes and 6 times at 5,800.

@@ -6,42 +6,12 @@ use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
 use super::krylov::{Attempt, Krylov, Limits};
 use super::matrix::BlockMatrix;
+use super::options::SolverOptions;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
 use super::solver_state::{CoarseState, SolverCounters, SolverState};
 use super::vectors::{norm, update};
 use std::sync::Arc;
-
-/// The preconditioner.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SolverKind {
-    /// Chosen by dimension, size and border; the next method if the first fails.
-    #[default]
-    Auto,
-    /// A factorisation; with row exchanges where that of the symmetric part fails.
-    Direct,
-    /// Multigrid.
-    Iterative,
-}
-
-/// Options of the linear solver.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolverOptions {
-    /// The preconditioner.
-    pub kind: SolverKind,
-    /// |S (b − A x)| to reach, relative to |S b|; S scales the diagonal to ±1.
-    pub tolerance: f64,
-    /// Iterations before giving up.
-    pub max_iterations: usize,
-    /// Vectors kept before a restart.
-    pub restart: usize,
-}
-
-impl Default for SolverOptions {
-    fn default() -> Self {
-        Self { kind: SolverKind::Auto, tolerance: 1e-8, max_iterations: 300, restart: 40 }
-    }
-}
 
 /// Report about the solution of one system.
 #[derive(Debug, Clone, Copy, PartialEq)]

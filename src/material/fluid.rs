@@ -2,8 +2,8 @@
 //! (the null material of Lian (26); theory B.3, B.5).
 
 use super::bulk_viscosity::BulkViscosity;
+use super::eos::FlowProperties;
 use super::eos::{Coefficients, EquationsOfState};
-use super::flow::FlowProperties;
 use super::{MaterialKind, PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;

@@ -111,8 +111,8 @@ pub fn separator(text: &str) -> u8 {
 
 /// True if these can be the heads of columns, so that a message may show them: not the first line of something else.
 pub fn are_heads<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> bool {
-    const LONGEST: usize = 60;
-    let is_head = |cell: &str| cell.chars().count() <= LONGEST && !cell.chars().any(char::is_control);
+    const LONGEST_HEAD: usize = 60;
+    let is_head = |cell: &str| cell.chars().count() <= LONGEST_HEAD && !cell.chars().any(char::is_control);
     cells.clone().nth(1).is_some() && cells.clone().all(is_head)
 }
 

@@ -40,12 +40,10 @@ impl<const D: usize> Mpm<D> {
         walls.note_overlaps(&bodies);
         walls.note_solids(&bodies);
         let grid = build_grid(&setup.grid, &walls, cutoffs);
-        let member = |field: usize| (0..bodies.len()).filter(|&number| bodies[number].field == field).collect();
         let mut mpm = Self {
             grid,
             ghosts: Ghosts::default(),
             walls,
-            members: (0..field_count).map(member).collect(),
             bodies,
             coupling,
             method,

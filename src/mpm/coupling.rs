@@ -18,7 +18,7 @@ use super::particles::Body;
 use super::state::health;
 use super::state::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, MembraneSetup, SheetContact, Step};
+use super::{Grid, LeapfrogStep, MembraneSetup, SheetContact};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -26,7 +26,7 @@ use crate::timed;
 
 /// A membrane lies between a particle and something rigid if the cosine of the angle between the shortest lines from the particle to the two
 /// is above this ...
-const FACING: f64 = 0.7;
+const FACING_COSINE: f64 = 0.7;
 
 /// ... and the membrane is no farther from the particle than the rigid surface, but for this overlap [cells].
 const OVERLAP_ALLOWED: f64 = 0.1;
@@ -35,7 +35,7 @@ const OVERLAP_ALLOWED: f64 = 0.1;
 #[derive(Debug, Clone, Copy)]
 pub struct SubStep<'a> {
     /// The step.
-    pub step: &'a Step,
+    pub step: &'a LeapfrogStep,
     /// Beginning of the sub-step after the start of the step, for positions [s].
     pub elapsed: f64,
     /// Length [s].
@@ -129,7 +129,7 @@ impl<const D: usize> Coupling<D> {
         grid: &mut Grid<D>,
         walls: &Walls<D>,
         bodies: &[Body<D>],
-        step: &Step,
+        step: &LeapfrogStep,
         timer: &mut Timer,
     ) -> Result<(), StepError> {
         let count = self.substeps(step.longer());
@@ -163,7 +163,7 @@ impl<const D: usize> Coupling<D> {
     ///
     /// # Errors
     /// A node is.
-    fn check_squeezed(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
+    fn check_squeezed(&self, walls: &Walls<D>, step: &LeapfrogStep) -> Result<(), StepError> {
         self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
             let positions = NodePositions { position: &membrane.position, reference: &membrane.reference };
             let squeeze = self.contact.squeezed(index, positions, walls, step.dt);
@@ -186,7 +186,9 @@ impl<const D: usize> Coupling<D> {
     pub fn lies_between(&self, cell: f64, field: usize, x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
         (0..self.membranes.len()).any(|index| {
             let to = self.contact.vector_to_sheet(index, field, x, cell);
-            to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + OVERLAP_ALLOWED * cell)
+            to.is_some_and(|to| {
+                to.dot(normal) < -FACING_COSINE * to.norm() && to.norm() <= distance + OVERLAP_ALLOWED * cell
+            })
         })
     }
 

@@ -28,6 +28,7 @@ mod build;
 mod contact;
 mod coupling;
 pub mod grid;
+mod leapfrog;
 mod membrane;
 mod particles;
 mod setup;
@@ -40,6 +41,7 @@ pub mod wall;
 pub use coupling::SubStep;
 pub use grid::kernel::KernelKind;
 pub use grid::{EDGE, Grid, Kernel, Node, VelocityField};
+pub use leapfrog::LeapfrogStep;
 pub use membrane::{Balance, Membrane, MembraneElements};
 pub use particles::sides::check_sides;
 pub use particles::traction::{self, Load, Traction};
@@ -49,4 +51,4 @@ pub use setup::{
     SupportSetup, Transfer, Wall, WallKind,
 };
 pub use state::proximity;
-pub use step::{Mpm, Step};
+pub use step::Mpm;

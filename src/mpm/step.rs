@@ -9,21 +9,21 @@
 //! | stage | first | last | modified last | average |
 //! |---|---|---|---|---|
 //! | `scatter_momentum` | m, p | m, p, f | m, p, f | m, p |
-//! | `scatter_forces` | σ by v⁻, f | | | σ by v⁻ over ½ Δt, f |
-//! | `move_particles` | v | v, σ by v⁺, x | v, ṽ | v, ṽ |
+//! | `complete_forces` | σ by v⁻, f | | | σ by v⁻ over ½ Δt, f |
+//! | `update_velocities` | v | v, σ by v⁺, x | v, ṽ | v, ṽ |
 //! | `filter_noise` | if it is due | if it is due | if it is due | if it is due |
-//! | `update_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
-//! | `land_particles` | x | | | |
+//! | `complete_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
+//! | `finish_particles` | x, checks | checks | checks | checks |
 //!
-//! `last` moves first and updates stresses in `update_stresses` with a cure of locking, or where the filter is due;
-//! with a cure of locking forces are scattered in `scatter_forces` always.
+//! `last` updates stresses and moves the particles in `complete_stresses` with a cure of locking, or where the filter is due;
+//! with a cure of locking forces are scattered in `complete_forces` always. Whatever the stress update, the nodes have f_I
+//! after `complete_forces`; the particles have v_p after `filter_noise`, σ_p after `complete_stresses`, x_p after `finish_particles`.
 
 pub(super) mod method;
 pub(super) mod schedule;
 mod to_grid;
 mod to_particles;
 
-use super::Grid;
 use super::coupling::Coupling;
 use super::grid::Ghosts;
 use super::particles::shifting::{self, Surroundings};
@@ -34,6 +34,7 @@ use super::state::stability::GROWTH;
 use super::state::{columns, health, snapshot};
 use super::transfer::Executor;
 use super::wall::Walls;
+use super::{Grid, LeapfrogStep};
 use crate::error::StepError;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
@@ -42,41 +43,6 @@ use method::{MethodChoices, StepCount};
 /// Largest ratio of two successive steps where there are membranes.
 const CHANGE: f64 = 1.5;
 
-/// The times of one step [s].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// Start, tⁿ.
-    pub t: f64,
-    /// Positions move by dt^{n+½}.
-    pub dt: f64,
-    /// The step before, dt^{n−½}; 0 at the start.
-    pub dt_before: f64,
-    /// Momentum advances by dtⁿ = ½(dt^{n−½} + dt^{n+½}).
-    pub momentum_dt: f64,
-}
-
-impl Step {
-    fn new(t: f64, dt: f64, dt_before: f64) -> Self {
-        Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
-    }
-
-    /// The longer of its two increments, which has to be stable [s]: where a short step follows a long one,
-    /// the momentum takes half of both.
-    pub fn longer(&self) -> f64 {
-        self.dt.max(self.momentum_dt)
-    }
-
-    /// The time at which the velocities before the step hold, t^{n−½} [s].
-    pub fn before(&self) -> f64 {
-        self.t - 0.5 * self.dt_before
-    }
-
-    /// The time at which the velocities after the step hold, t^{n+½} [s].
-    pub fn after(&self) -> f64 {
-        self.t + 0.5 * self.dt
-    }
-}
-
 /// The material point method in `D` dimensions.
 #[derive(Debug)]
 pub struct Mpm<const D: usize> {
@@ -84,8 +50,6 @@ pub struct Mpm<const D: usize> {
     pub(super) ghosts: Ghosts<D>,
     pub(super) walls: Walls<D>,
     pub(super) bodies: Vec<Body<D>>,
-    /// Numbers of the bodies in each velocity field.
-    pub(super) members: Vec<Vec<usize>>,
     pub(super) coupling: Coupling<D>,
     pub(super) method: MethodChoices<D>,
     /// The executor of the sweeps over the particles.
@@ -111,7 +75,7 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        let step = Step::new(t, dt, self.clock.dt_before);
+        let step = LeapfrogStep::new(t, dt, self.clock.dt_before);
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         let StepCount { bound, steps, .. } = self.clock;
         self.clock = StepCount { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
@@ -159,49 +123,50 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn substeps(&self, dt: f64) -> u64 {
-        let count = || self.coupling.substeps(Step::new(0.0, dt, self.clock.dt_before).longer());
+        let count = || self.coupling.substeps(LeapfrogStep::new(0.0, dt, self.clock.dt_before).longer());
         if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
     }
 }
 
 impl<const D: usize> Mpm<D> {
     /// The step: trial momentum of the bodies, membranes and contact, walls, then back to the particles.
-    fn advance(&mut self, step: &Step) -> Result<(), StepError> {
-        timed!(self.timer, "activate", self.activate());
+    fn advance(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
+        timed!(self.timer, "activate", self.prepare_grid());
         self.energy.work = GridWork::default();
         self.filter_order = self.method.due_filter(step);
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "p2g", self.scatter_momentum(field, step)?); // m_I, p_I⁻        Lian (60, 61)
-            timed!(self.timer, "stress", self.scatter_forces(field, step)?); // σ, f_I   Lian (62, 63; 17, 18)
+            timed!(self.timer, "stress", self.complete_forces(field, step)?); // σ, f_I   Lian (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  Lian (64)
         }
         self.advance_membranes(step)?; // membranes, J_I                                            Lian (32–59)
-        self.correct_particles(step);
-        timed!(self.timer, "grid", self.constrain_walls(step)); // once more
+        self.correct_volumes(step);
+        timed!(self.timer, "grid", self.constrain_by_walls(step)); // once more
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
-            timed!(self.timer, "g2p", self.move_particles(field, step)?); // v_p, ẋ_p           Lian (65, 19)
+            timed!(self.timer, "g2p", self.update_velocities(field, step)?); // v_p, ẋ_p           Lian (65, 19)
             timed!(self.timer, "g2p", self.filter_noise(field, step));
-            timed!(self.timer, "stress", self.update_stresses(field, step)?); // σ, x_p  Lian (62, 63; 19)
+            timed!(self.timer, "stress", self.complete_stresses(field, step)?); // σ, x_p  Lian (62, 63; 19)
         }
-        timed!(self.timer, "g2p", self.land_particles(step)?);
+        timed!(self.timer, "g2p", self.finish_particles(step)?);
         timed!(self.timer, "shift", self.displace_particles(step));
-        self.finish_step(step)?;
+        self.advance_obstacles(step);
+        self.check_membranes()?;
         self.energy.close_step(&self.bodies);
         health::check_energy(self.energy.sum())
     }
 
     /// The membranes take their steps and meet the bodies, walls and obstacles.
-    fn advance_membranes(&mut self, step: &Step) -> Result<(), StepError> {
+    fn advance_membranes(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         let Self { grid, walls, bodies, coupling, energy, timer, .. } = self;
         coupling.advance(grid, walls, bodies, step, timer)?;
         energy.add_walls(&walls.book_sheets(&coupling.contact.wall_pushes(), step.momentum_dt));
         Ok(())
     }
 
-    /// Leads the volumes of gases to what the grid shows, and finds where the particles of liquids are to go.
-    fn correct_particles(&mut self, step: &Step) {
+    /// Leads the volumes of gases and liquids to what the grid shows, and finds where the particles of liquids are to go.
+    fn correct_volumes(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
         let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
@@ -211,7 +176,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Shifts the particles of liquids, and parts particles from membranes and obstacles.
-    fn displace_particles(&mut self, step: &Step) {
+    fn displace_particles(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, executor, .. } = self;
         let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         let work = shifting::displace(around, bodies, coupling, step);

@@ -35,6 +35,7 @@ pub mod solid;
 mod step;
 #[cfg(test)]
 mod tests;
+mod theta_step;
 mod time;
 
 pub use boundary::Boundary;
@@ -42,3 +43,4 @@ pub use report::moments::{ForcedPart, MomentPoint};
 pub use report::snapshot::{INTERFACE, MESH};
 pub use setup::Setup;
 pub use step::Pfem2;
+pub use theta_step::ThetaStep;

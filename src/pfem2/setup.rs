@@ -8,10 +8,12 @@ use crate::pfem2::boundary::{BoundarySetup, PressurePin};
 use crate::pfem2::equations::element::{Mass, Stabilisation};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::interface::phase_list::Phase;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
-use crate::pfem2::particles::reseed::Reseeding;
+use crate::pfem2::particles::reseed::{ParticleCounts, Reseeding};
+use crate::pfem2::particles::tracking::ParticleRules;
 use crate::pfem2::report::moments::MomentPoint;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
@@ -129,6 +131,33 @@ pub enum Scheme {
 impl Default for Scheme {
     fn default() -> Self {
         Self::SecondOrder { theta: 0.6 }
+    }
+}
+
+impl<const D: usize, const N: usize> Setup<D, N> {
+    /// The phases: fluids, and then solids on particles.
+    pub(super) fn phases(&self) -> Vec<Phase> {
+        let fluids = self.fluids.iter().map(|fluid| Phase::fluid(fluid.density, self.reseeding));
+        fluids.chain(self.particle_solids.iter().map(|solid| Phase::solid(solid.law.density))).collect()
+    }
+
+    /// The rules of the particles.
+    pub(super) fn particle_rules(&self) -> ParticleRules {
+        let solids = self.particle_solids.iter().map(|solid| solid.law.density);
+        let density: Vec<f64> = self.fluids.iter().map(|fluid| fluid.density).chain(solids).collect();
+        let lightest = density.iter().copied().fold(f64::INFINITY, f64::min);
+        // The level set is negative in a solid, whatever its density.
+        let negative = |phase: usize| self.particle_solids.is_empty() || phase >= self.fluids.len();
+        let is_projectile = |(phase, rho): (usize, &f64)| {
+            density.len() == 2 && negative(phase) && *rho >= self.projectile_ratio * lightest
+        };
+        ParticleRules {
+            kernel: self.kernel,
+            target: ParticleCounts::new::<D>(self.particles.len() / self.mesh.elements().len()),
+            is_projectile: density.iter().enumerate().map(is_projectile).collect(),
+            relaxation: self.relaxation,
+            unresolved: self.unresolved,
+        }
     }
 }
 

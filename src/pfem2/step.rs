@@ -17,13 +17,12 @@
 //! `time/startup.rs`). All of it is linear: convection and geometry come from the particles.
 
 use super::boundary::Boundary;
-use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
-use super::interface::phase_list::{Phase, PhaseList};
+use super::equations::system::{Physics, VelocityPressureSystem};
+use super::interface::phase_list::PhaseList;
 use super::interface::tracking::InterfaceTracking;
 use super::particles::FrozenFlow;
 use super::particles::project::ConvectedVelocity;
-use super::particles::reseed::ParticleCounts;
-use super::particles::tracking::{ParticleRules, ParticleTracking};
+use super::particles::tracking::ParticleTracking;
 use super::report::balance::{EnergyBalance, SolidsAtStart};
 use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
@@ -31,6 +30,7 @@ use super::report::strain::StrainEnergy;
 use super::report::{checkpoint, health, snapshot};
 use super::setup::{InitialState, Scheme, Setup};
 use super::solid::tracking::SolidTracking;
+use super::theta_step::ThetaStep;
 use super::time::history::{LARGEST_CHANGE, TimeHistory};
 use super::time::startup::impulsive_energy;
 use super::time::step_bounds::{StepLimits, foreseen_speed};
@@ -100,7 +100,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         if self.start == InitialState::Equilibrium {
             self.find_equilibrium(dt)?;
         }
-        self.predict_start(TimeStep { t, dt, theta: 1.0 });
+        self.predict_start(ThetaStep { t, dt, theta: 1.0 });
         Ok(())
     }
 
@@ -113,10 +113,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         let at = |error| StepError { time: t, ..error };
         // Predicted already, unless the step is another one than was foreseen.
         if self.steps == 0 && self.history.scheme != Scheme::BackwardEuler && self.history.dt_previous != dt {
-            self.predict_first_step(TimeStep { t, dt, theta: 1.0 }).map_err(at)?;
+            self.predict_first_step(ThetaStep { t, dt, theta: 1.0 }).map_err(at)?;
         }
         let theta = self.history.implicit_share(dt);
-        self.advance(TimeStep { t, dt, theta }).map_err(at)?;
+        self.advance(ThetaStep { t, dt, theta }).map_err(at)?;
         let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.prediction_error));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
         self.history.advance(dt);
@@ -196,16 +196,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             .as_ref()
             .map(|solids| SolidsAtStart { energies: solids.last.energies, mass: solids.structure.mass() });
         pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
-        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
+        pfem.balance.strain = pfem.particles.strain_energy(&pfem.system).map(StrainEnergy::open);
         if let Some(solids) = &mut pfem.system.particle_solids {
-            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
+            solids.start_volume = pfem.system.contents.volumes[solids.first..].iter().sum();
         }
         pfem
     }
 
     /// The parts of the solver, before anything is averaged or counted.
     fn unopened(setup: Setup<D, N>) -> Self {
-        let (rules, phases) = (rules(&setup), phases(&setup));
+        let (rules, phases) = (setup.particle_rules(), setup.phases());
         let Setup { mesh, boundaries, fluids, tension, gravity, velocity, moments, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
@@ -245,9 +245,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// The step of the method.
-    fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
+    fn advance(&mut self, step: ThetaStep) -> Result<(), StepError> {
         // Turn the stresses of solids on particles: Becker (16), theory (K.3).
-        timed!(self.timer, "solids", self.rotate_stresses(step));
+        timed!(self.timer, "solids", self.particles.rotate_stresses(step, &self.system));
         // Predict u* of solids, and cut the mesh at their surface: theory J.1, J.2.
         timed!(self.timer, "solids", self.predict_solids(step)?);
         // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
@@ -271,11 +271,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
-        timed!(self.timer, "solids", self.update_particle_solids(step, &averaged)?);
+        let (system, interface) = (&self.system, &self.interface);
+        timed!(self.timer, "solids", self.particles.update_stresses(step, &averaged, system, interface)?);
         // Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
-        timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
+        timed!(self.timer, "correct", self.particles.correct(step, &averaged, system, interface));
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));
+        // Forces on solids on particles, their strain energy and the work of their supports: theory K.6.
         timed!(self.timer, "account", self.account_for_particle_solids(step, &convected));
         health::check_particles(&self.particles.columns)?;
         health::check_nodes(&self.system)
@@ -289,7 +291,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The linear solver doesn't converge; an element of a solid turns inside out.
     pub(super) fn find_velocity(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         solutions: usize,
     ) -> Result<(ConvectedVelocity<D>, Vec<Vector<D>>), StepError> {
         let (start, subscales) = (self.system.velocity.clone(), self.system.subscales.clone());
@@ -297,18 +299,18 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let found = loop {
             let (system, particles) = (&self.system, &self.particles);
             let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
-            timed!(self.timer, "project", self.gather_particle_solids());
+            timed!(self.timer, "project", self.average_particle_solids());
             let convected = self.system.imposed(step, &averaged.mean);
             for _ in 0..solutions {
                 timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
-                iterations += self.system.outcome.iterations;
+                iterations += self.system.linear.outcome.iterations;
             }
             if !timed!(self.timer, "solids", self.predict_again(step)?) {
                 break (averaged, convected);
             }
             self.system.restart(&start, &subscales);
         };
-        self.system.outcome.iterations = iterations;
+        self.system.linear.outcome.iterations = iterations;
         Ok(found)
     }
 
@@ -316,7 +318,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// An element of a solid turns inside out.
-    pub(super) fn predict_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
+    pub(super) fn predict_solids(&mut self, step: ThetaStep) -> Result<(), StepError> {
         let Some(solids) = &mut self.solids else { return Ok(()) };
         solids.predict(step, &self.history, &mut self.system)
     }
@@ -326,7 +328,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// As [`Self::predict_solids`].
-    fn predict_again(&mut self, step: TimeStep) -> Result<bool, StepError> {
+    fn predict_again(&mut self, step: ThetaStep) -> Result<bool, StepError> {
         let Some(solids) = &mut self.solids else { return Ok(false) };
         solids.predict_again(step, &mut self.system)
     }
@@ -335,38 +337,30 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// An element of a solid is turned inside out.
-    pub(super) fn advance_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
+    pub(super) fn advance_solids(&mut self, step: ThetaStep) -> Result<(), StepError> {
         let shares = self.history.shares(step);
         let Some(solids) = &mut self.solids else { return Ok(()) };
         solids.advance(step, shares, &self.system)
     }
 
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
-    pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: TimeStep) {
+    pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: ThetaStep) {
         self.interface.count_outflow(flow, &self.system);
         self.system.carry_subscales(step, self.history.shares(step));
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
-        self.balance.dissipation.start = feet.carried(mesh, &self.velocity_at_start(step));
+        // Before the first step walls and inlets take hold of their nodes.
+        let start = (self.steps == 0).then(|| self.system.held_velocity(step.t));
+        self.balance.dissipation.start = feet.carried(mesh, start.as_ref().unwrap_or(&self.system.velocity));
         if self.system.physics.stabilisation.has_inertia() {
             let carried = feet.carried(mesh, &self.system.subscales.projected);
             self.system.subscales.projected = carried;
         }
     }
 
-    /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
-    fn velocity_at_start(&self, step: TimeStep) -> Vec<Vector<D>> {
-        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
-        let mut velocity = velocity.clone();
-        if self.steps == 0 {
-            boundary.held(mesh, step.t).into_iter().for_each(|(node, held)| velocity[node] = held);
-        }
-        velocity
-    }
-
     /// Forces on the boundary, and the energy balance.
-    fn account(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+    fn account(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         let Self { system, interface, forces, balance, .. } = self;
         let shares = self.history.shares(step);
         let action = forces.update(system, step, convected, shares);
@@ -377,36 +371,28 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         balance.add(shares, self.steps == 0, system, interface, action);
     }
 
+    /// Forces of the fluid on solids on particles, the watch over their volume, and their energy.
+    fn account_for_particle_solids(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
+        self.system.find_forces_on_particle_solids(step, convected);
+        let volumes = self.system.particle_solid_volumes();
+        volumes.iter().for_each(|&[now, start]| self.notices.solid_volume(now, start));
+        let supports = step.dt * self.system.power_of_supports(step, convected);
+        if let (Some(now), Some(strain)) = (self.particles.strain_energy(&self.system), &mut self.balance.strain) {
+            strain.add(now, supports);
+        }
+    }
+
+    /// Averages of solids on particles at the nodes and in the elements, those of new particles included.
+    fn average_particle_solids(&mut self) {
+        self.particles.admit_to_solids(&self.system);
+        self.system.gather_particle_solids(&self.particles.columns, &self.interface.phases());
+    }
+
     /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
     pub(super) fn update_contents(&mut self) {
-        self.gather_particle_solids();
+        self.average_particle_solids();
         self.system.fill(&self.interface.phases(), &self.history.velocity_previous);
         self.balance.sum(&self.system);
         self.interface.trace(&self.system);
-    }
-}
-
-/// The phases: fluids, and then solids on particles.
-fn phases<const D: usize, const N: usize>(setup: &Setup<D, N>) -> Vec<Phase> {
-    let fluids = setup.fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
-    fluids.chain(setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density))).collect()
-}
-
-/// The rules of the particles.
-fn rules<const D: usize, const N: usize>(setup: &Setup<D, N>) -> ParticleRules {
-    let solids = setup.particle_solids.iter().map(|solid| solid.law.density);
-    let density: Vec<f64> = setup.fluids.iter().map(|fluid| fluid.density).chain(solids).collect();
-    let lightest = density.iter().copied().fold(f64::INFINITY, f64::min);
-    // The level set is negative in a solid, whatever its density.
-    let negative = |phase: usize| setup.particle_solids.is_empty() || phase >= setup.fluids.len();
-    let is_projectile = |(phase, rho): (usize, &f64)| {
-        density.len() == 2 && negative(phase) && *rho >= setup.projectile_ratio * lightest
-    };
-    ParticleRules {
-        kernel: setup.kernel,
-        target: ParticleCounts::new::<D>(setup.particles.len() / setup.mesh.elements().len()),
-        is_projectile: density.iter().enumerate().map(is_projectile).collect(),
-        relaxation: setup.relaxation,
-        unresolved: setup.unresolved,
     }
 }

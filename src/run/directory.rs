@@ -9,9 +9,6 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// The file that a run locks.
-pub(super) const LOCK: &str = "run.lock";
-
 /// First line of every log.
 pub(super) const SIGNATURE: &str = concat!("lateen ", env!("CARGO_PKG_VERSION"));
 
@@ -61,7 +58,7 @@ impl RunDirectory {
     /// A directory that is not empty, can't be written to, has nothing to resume, or that another run writes into.
     pub fn prepare(&self, existing: Existing) -> Result<Occupied> {
         let entries = self.entries()?;
-        let ours = leavings::is_from_a_run(self);
+        let ours = leavings::is_from_a_run(&self.status(), &self.resolved(), &self.log());
         if existing != Existing::Refuse && ours && self.lock_file().is_file() {
             drop(self.occupy()?);
         }
@@ -108,7 +105,7 @@ impl RunDirectory {
     }
 
     pub(super) fn lock_file(&self) -> PathBuf {
-        self.root.join(LOCK)
+        self.root.join(leavings::LOCK)
     }
 
     /// The directory itself.
@@ -204,7 +201,7 @@ impl RunDirectory {
 
     /// Removes the files that a run left.
     fn clear(&self) -> Result<()> {
-        leavings::remove(self)
+        leavings::remove(&self.root, &self.resolved())
     }
 
     /// Creates it and tries to write in it, so that an error comes before hours of work, not after. What is written
@@ -344,7 +341,7 @@ mod tests {
         drop(first);
         drop(run.prepare(Existing::Resume).unwrap());
         drop(run.prepare(Existing::Replace).unwrap());
-        assert!(!home.path().join(LOCK).exists());
+        assert!(!home.path().join(leavings::LOCK).exists());
     }
 
     #[test]

@@ -11,7 +11,6 @@
 //! A `<name>` is one of the resolved case (of a body, a probe, a boundary ...), or one that every run uses, alone or with more
 //! behind a `-`. Everything else in the directory is the user's.
 
-use super::RunDirectory;
 use crate::error::{Error, Result};
 use crate::output::atomic::TEMPORARY;
 use crate::output::label::file_name;
@@ -20,8 +19,11 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// The file that a run locks.
+pub(super) const LOCK: &str = "run.lock";
+
 /// Files that a run writes beside its folders.
-const FILES: &[&str] = &["case.toml", "resolved.toml", "run.log", "status.json", super::directory::LOCK];
+const FILES: &[&str] = &["case.toml", "resolved.toml", "run.log", "status.json", LOCK];
 
 /// A folder of a run.
 struct FolderKind {
@@ -44,18 +46,16 @@ const FOLDERS: &[FolderKind] = &[
 const COMMON: &[&str] =
     &["balance", "closure", "counts", "contact", "wall", "obstacle", "support", "mesh", "interface", "walls", "step"];
 
-/// True if a run of lateen has written here.
-pub(super) fn is_from_a_run(directory: &RunDirectory) -> bool {
+/// True if one of these files of a directory says that a run of lateen has written there.
+pub(super) fn is_from_a_run(status: &Path, resolved: &Path, log: &Path) -> bool {
     let first_line = |path: &Path| {
         fs::read_to_string(path).ok().and_then(|text| text.lines().next().map(str::to_owned)).unwrap_or_default()
     };
-    let status = fs::read(directory.status()).ok();
+    let status = fs::read(status).ok();
     let status = status.and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
     let has_status =
         status.is_some_and(|status| ["state", "version", "process"].iter().all(|key| !status[key].is_null()));
-    has_status
-        || first_line(&directory.resolved()).contains(", as run by lateen ")
-        || first_line(&directory.log()).starts_with("lateen ")
+    has_status || first_line(resolved).contains(", as run by lateen ") || first_line(log).starts_with("lateen ")
 }
 
 /// True if a run leaves a file or a folder of this name.
@@ -63,12 +63,12 @@ pub(super) fn is_one(name: &OsStr) -> bool {
     FILES.iter().copied().chain(FOLDERS.iter().map(|folder| folder.name)).any(|left| name == left)
 }
 
-/// Removes the files that a run has left.
+/// Removes the files that a run has left in the directory `root`, by the names in its resolved case.
 ///
 /// # Errors
 /// A link where a run writes; input/output errors.
-pub(super) fn remove(directory: &RunDirectory) -> Result<()> {
-    let (root, names): (&Path, Vec<String>) = (directory.root(), names(directory));
+pub(super) fn remove(root: &Path, resolved: &Path) -> Result<()> {
+    let names = names(resolved);
     let folders = FOLDERS.iter().map(|folder| folder.name);
     for path in FILES.iter().copied().chain(folders).map(|name| root.join(name)) {
         if path.is_symlink() {
@@ -105,8 +105,8 @@ impl FolderKind {
 }
 
 /// Names that files of the run begin with: those of the resolved case, and those that every run uses.
-fn names(directory: &RunDirectory) -> Vec<String> {
-    let text = fs::read_to_string(directory.resolved()).unwrap_or_default();
+fn names(resolved: &Path) -> Vec<String> {
+    let text = fs::read_to_string(resolved).unwrap_or_default();
     let mut names = COMMON.iter().map(|&name| name.to_owned()).collect();
     let parts = text.parse::<toml::Table>().unwrap_or_default();
     // The name of the case itself is none of a file.

@@ -4,9 +4,10 @@ use lateen::linalg::SolverOptions;
 use lateen::material::Newtonian;
 use lateen::math::{Signal, Vector};
 use lateen::mesh::{Facet, Mesh};
+use lateen::pfem2::ThetaStep;
 use lateen::pfem2::boundary::{BoundarySetup, Condition};
 use lateen::pfem2::equations::element::{Mass, Stabilisation};
-use lateen::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
+use lateen::pfem2::equations::system::{Physics, VelocityPressureSystem};
 use lateen::pfem2::interface::Enrichment;
 use lateen::pfem2::interface::phase_list::PhaseList;
 use lateen::pfem2::interface::phases::Phases;
@@ -61,7 +62,7 @@ fn disturbed(outlet: Condition<2>) -> (f64, f64) {
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(mesh, boundary, physics(VISCOSITY), start, options);
     for k in 0..STEPS {
-        let step = TimeStep { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
+        let step = ThetaStep { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
         let convected = system.velocity.clone();
         system
             .solve(step, &Phases { list: &PhaseList::fluids(&[1.0]), fraction: &[], level: &[] }, &convected)

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 const BLOCKS: usize = 8;
 
 /// Least size of a block.
-const SMALLEST: usize = 4096;
+const SMALLEST_BLOCK: usize = 4096;
 
 /// Rows per block.
 pub(in crate::linalg) fn block_rows(rows: usize) -> usize {
-    rows.div_ceil(BLOCKS).max(SMALLEST)
+    rows.div_ceil(BLOCKS).max(SMALLEST_BLOCK)
 }
 
 /// x after one sweep through ascending rows from x = 0.

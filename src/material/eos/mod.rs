@@ -10,6 +10,7 @@
 //! so that the trapezoidal energy balance of a step solves for p without iteration. The second formula is
 //! dp/dρ along an isentrope, on which dE = p dη / (1 + η)².
 
+mod flow;
 mod gas;
 mod ideal_gas;
 mod jwl;
@@ -19,6 +20,7 @@ mod polynomial;
 mod stiffened_gas;
 mod tait;
 
+pub use flow::FlowProperties;
 pub use ideal_gas::IdealGas;
 pub use jwl::Jwl;
 pub use linear::Linear;
@@ -27,7 +29,6 @@ pub use polynomial::Polynomial;
 pub use stiffened_gas::StiffenedGas;
 pub use tait::Tait;
 
-use super::flow::{self, FlowProperties};
 use super::{MaterialKind, PointBatch, StartState};
 use crate::math::nearest_root;
 use crate::registry;

@@ -1,9 +1,9 @@
 //! Tait (Murnaghan) liquid, `p = (ρ0 c0²/n) [(ρ/ρ0)ⁿ − 1]` (theory B.4).
 
+use super::flow::{self, FlowProperties};
 use super::{Coefficients, EquationOfState};
 use crate::material::MaterialKind;
 use crate::material::PointBatch;
-use crate::material::flow::{self, FlowProperties};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

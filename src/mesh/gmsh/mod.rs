@@ -18,15 +18,15 @@ use hashbrown::HashMap;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Contents of a Gmsh file, whose elements have `MOST` nodes at most: 4 in a file of first order, 27 in one for solids.
+/// Contents of a Gmsh file, whose elements have `MOST_NODES` nodes at most: 4 in a file of first order, 27 in one for solids.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct GmshMesh<const MOST: usize = 4> {
+pub struct GmshMesh<const MOST_NODES: usize = 4> {
     /// Node positions, in units of the file.
     pub nodes: Vec<[f64; 3]>,
     /// The file's own numbers of the nodes.
     pub numbers: Vec<i64>,
     /// Elements of all dimensions, in the order of the file.
-    pub cells: Vec<Cell<MOST>>,
+    pub cells: Vec<Cell<MOST_NODES>>,
     /// Physical groups.
     pub groups: Vec<PhysicalGroup>,
     /// Lists of physical tags; cells name theirs by number.
@@ -44,18 +44,18 @@ pub struct PhysicalGroup {
     pub name: String,
 }
 
-/// An element, with `MOST` nodes at most.
+/// An element, with `MOST_NODES` nodes at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cell<const MOST: usize = 4> {
+pub struct Cell<const MOST_NODES: usize = 4> {
     /// Its kind.
     pub kind: CellKind,
     /// The file's own number of it.
     pub number: i64,
-    nodes: [u32; MOST],
+    nodes: [u32; MOST_NODES],
     membership: u32,
 }
 
-impl<const MOST: usize> Cell<MOST> {
+impl<const MOST_NODES: usize> Cell<MOST_NODES> {
     /// Its nodes, as indices into [`GmshMesh::nodes`].
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.kind.node_count()]
@@ -220,7 +220,7 @@ pub fn parse(bytes: &[u8]) -> Result<GmshMesh, GmshError> {
     parse_as(bytes, ElementOrder::First)
 }
 
-fn parse_as<const MOST: usize>(bytes: &[u8], order: ElementOrder) -> Result<GmshMesh<MOST>, GmshError> {
+fn parse_as<const MOST_NODES: usize>(bytes: &[u8], order: ElementOrder) -> Result<GmshMesh<MOST_NODES>, GmshError> {
     let mut cursor = Cursor::new(bytes);
     let major = header(&mut cursor)?;
     let mut builder = Builder { order, ..Builder::default() };
@@ -280,7 +280,10 @@ fn header(cursor: &mut Cursor<'_>) -> Result<u32, GmshError> {
 }
 
 /// Text even in binary files: `dimension tag "name"`.
-fn physical_names<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
+fn physical_names<const MOST_NODES: usize>(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder<MOST_NODES>,
+) -> Result<(), GmshError> {
     let count = cursor.text_integer()?;
     for _ in 0..cursor.checked_count(count, 6)? {
         let dimension = cursor.text_integer()?;
@@ -296,16 +299,16 @@ fn physical_names<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Buil
 
 /// A mesh in the making: the file's numbers of nodes, entities and groups become indices.
 #[derive(Default)]
-struct Builder<const MOST: usize> {
+struct Builder<const MOST_NODES: usize> {
     order: ElementOrder,
-    mesh: GmshMesh<MOST>,
+    mesh: GmshMesh<MOST_NODES>,
     index_of: HashMap<i64, u32>,
     membership_of: HashMap<Vec<i64>, u32>,
     /// Physical tags of each entity (dimension, tag), version 4 only.
     entities: BTreeMap<(i64, i64), Vec<i64>>,
 }
 
-impl<const MOST: usize> Builder<MOST> {
+impl<const MOST_NODES: usize> Builder<MOST_NODES> {
     fn node(&mut self, cursor: &Cursor<'_>, tag: i64, position: [f64; 3]) -> Result<(), GmshError> {
         if !Vector(position).is_finite() {
             return cursor.fail(format!("node {tag} has a coordinate that is not finite"));
@@ -338,7 +341,7 @@ impl<const MOST: usize> Builder<MOST> {
         membership: u32,
         number: impl Fn(&mut Cursor<'a>) -> Result<i64, GmshError>,
     ) -> Result<(), GmshError> {
-        let mut nodes = [0; MOST];
+        let mut nodes = [0; MOST_NODES];
         for node in &mut nodes[..kind.node_count()] {
             let tag = number(cursor)?;
             match self.index_of.get(&tag) {
@@ -351,7 +354,7 @@ impl<const MOST: usize> Builder<MOST> {
     }
 
     /// Groups without a name get their number as name.
-    fn finish(mut self) -> GmshMesh<MOST> {
+    fn finish(mut self) -> GmshMesh<MOST_NODES> {
         for cell in &self.mesh.cells {
             for &tag in &self.mesh.memberships[cell.membership as usize] {
                 let dimension = cell.kind.dimension();

@@ -5,12 +5,12 @@ use crate::mesh::{Facets, FileNumbers};
 use hashbrown::HashSet;
 use std::collections::{BTreeMap, BTreeSet};
 
-impl<const MOST: usize> GmshMesh<MOST> {
+impl<const MOST_NODES: usize> GmshMesh<MOST_NODES> {
     /// The elements of one dimension that belong to a group, or all of them; each once.
     ///
     /// # Errors
     /// There is no such group (the message lists those there are), or no such element.
-    pub fn cells_of(&self, group: Option<&str>, dimension: usize) -> Result<Vec<Cell<MOST>>, String> {
+    pub fn cells_of(&self, group: Option<&str>, dimension: usize) -> Result<Vec<Cell<MOST_NODES>>, String> {
         let things = ["points", "lines", "surfaces", "volumes"][dimension.min(3)];
         let tags: Vec<i64> =
             self.groups.iter().filter(|g| g.dimension == dimension && group == Some(&g.name)).map(|g| g.tag).collect();
@@ -22,13 +22,13 @@ impl<const MOST: usize> GmshMesh<MOST> {
                 None => format!("there is no physical group `{name}` of {things}; {}", self.list_groups(dimension)),
             });
         }
-        let in_group = |cell: &Cell<MOST>| {
+        let in_group = |cell: &Cell<MOST_NODES>| {
             group.is_none() || self.memberships[cell.membership as usize].iter().any(|t| tags.contains(t))
         };
         let mut seen = HashSet::new();
         let of_dimension = self.cells.iter().filter(|cell| cell.kind.dimension() == dimension);
         // Version 2.2 repeats an element for each of its groups.
-        let cells: Vec<Cell<MOST>> =
+        let cells: Vec<Cell<MOST_NODES>> =
             of_dimension.filter(|cell| in_group(cell) && seen.insert((cell.kind, cell.nodes))).copied().collect();
         if cells.is_empty() {
             return Err(format!("the file holds no {things}; {}", self.list_groups(dimension)));
@@ -76,7 +76,7 @@ impl<const MOST: usize> GmshMesh<MOST> {
     }
 }
 
-impl<const MOST: usize> GmshMesh<MOST> {
+impl<const MOST_NODES: usize> GmshMesh<MOST_NODES> {
     /// The nodes of each physical group among those that are `used`, ascending, as places in that list; groups without any are left out.
     pub(in crate::mesh) fn node_sets(&self, used: &[u32]) -> BTreeMap<String, Vec<u32>> {
         let index = |node: &u32| used.binary_search(node).ok().map(|place| place as u32);
@@ -86,7 +86,7 @@ impl<const MOST: usize> GmshMesh<MOST> {
     /// The nodes of each physical group, ascending, with the nodes that `members` finds of each element; groups without any are left out.
     pub(in crate::mesh) fn node_sets_of(
         &self,
-        members: impl Fn(&Cell<MOST>) -> Vec<u32>,
+        members: impl Fn(&Cell<MOST_NODES>) -> Vec<u32>,
     ) -> BTreeMap<String, Vec<u32>> {
         let mut sets: BTreeMap<String, BTreeSet<u32>> = BTreeMap::new();
         for cell in &self.cells {

@@ -4,7 +4,10 @@ use super::cursor::{Cursor, GmshError};
 use super::{Builder, CellKind, ElementOrder};
 
 /// `count`, then `number x y z` each.
-pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
+pub(super) fn nodes<const MOST_NODES: usize>(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder<MOST_NODES>,
+) -> Result<(), GmshError> {
     let count = cursor.text_integer()?;
     cursor.end_line();
     for _ in 0..cursor.count(count, 8, 28)? {
@@ -17,9 +20,9 @@ pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Bu
 
 /// `count`, then in text `number type tag-count tags nodes` each; in binary blocks of one type and one count
 /// of tags: `type element-count tag-count`, then `number tags nodes` each.
-pub(super) fn elements<const MOST: usize>(
+pub(super) fn elements<const MOST_NODES: usize>(
     cursor: &mut Cursor<'_>,
-    builder: &mut Builder<MOST>,
+    builder: &mut Builder<MOST_NODES>,
 ) -> Result<(), GmshError> {
     let count = cursor.text_integer()?;
     cursor.end_line();
@@ -59,9 +62,9 @@ fn kind(cursor: &mut Cursor<'_>, order: ElementOrder) -> Result<CellKind, GmshEr
 }
 
 /// An element of a kind, with a number of its own. The first tag is the physical group; 0 means none.
-fn element<const MOST: usize>(
+fn element<const MOST_NODES: usize>(
     cursor: &mut Cursor<'_>,
-    builder: &mut Builder<MOST>,
+    builder: &mut Builder<MOST_NODES>,
     kind: CellKind,
     own: i64,
     tags: usize,

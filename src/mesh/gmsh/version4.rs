@@ -4,9 +4,9 @@ use super::cursor::{Cursor, GmshError};
 use super::{Builder, CellKind};
 
 /// Counts of points, curves, surfaces and volumes; then each entity with its physical tags.
-pub(super) fn entities<const MOST: usize>(
+pub(super) fn entities<const MOST_NODES: usize>(
     cursor: &mut Cursor<'_>,
-    builder: &mut Builder<MOST>,
+    builder: &mut Builder<MOST_NODES>,
 ) -> Result<(), GmshError> {
     let counts = [cursor.long()?, cursor.long()?, cursor.long()?, cursor.long()?];
     for (dimension, count) in counts.into_iter().enumerate() {
@@ -79,7 +79,10 @@ fn entity(cursor: &mut Cursor<'_>) -> Result<(i64, i64), GmshError> {
 
 /// Counts of blocks and nodes, least and greatest number; blocks of one entity: its dimension and number,
 /// whether parameters follow the positions, the count, all numbers, then all positions.
-pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
+pub(super) fn nodes<const MOST_NODES: usize>(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder<MOST_NODES>,
+) -> Result<(), GmshError> {
     let mut promise = Promise::read(cursor, "node")?;
     for _ in 0..promise.blocks {
         let (dimension, _) = entity(cursor)?;
@@ -105,9 +108,9 @@ pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Bu
 
 /// Counts of blocks and elements, least and greatest number; blocks of one entity: its dimension and number,
 /// the element type, the count, then `number nodes` each.
-pub(super) fn elements<const MOST: usize>(
+pub(super) fn elements<const MOST_NODES: usize>(
     cursor: &mut Cursor<'_>,
-    builder: &mut Builder<MOST>,
+    builder: &mut Builder<MOST_NODES>,
 ) -> Result<(), GmshError> {
     let mut promise = Promise::read(cursor, "element")?;
     for _ in 0..promise.blocks {

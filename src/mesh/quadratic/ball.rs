@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_PI_4, SQRT_2};
 const CORNER: f64 = 0.55;
 
 /// An ellipsoid that is longer, over its least width, isn't meshed: its elements would be as much longer than wide.
-const LONGEST: f64 = 3.0;
+const LARGEST_ASPECT_RATIO: f64 = 3.0;
 
 /// The mesh of a ball or of an ellipsoid; `None` for other regions.
 pub fn of_region(region: &Region, cell: f64) -> Option<QuadraticMesh> {
@@ -28,7 +28,7 @@ pub fn of_region(region: &Region, cell: f64) -> Option<QuadraticMesh> {
     };
     let (short, long) =
         (semi_axes.iter().copied().fold(f64::INFINITY, f64::min), semi_axes.into_iter().fold(0.0, f64::max));
-    if long > LONGEST * short {
+    if long > LARGEST_ASPECT_RATIO * short {
         return None;
     }
     let mut mesh = unit_ball(long, cell);

@@ -15,7 +15,7 @@ use crate::mesh::side_names;
 const SAMPLES: usize = 512;
 
 /// The shortest row may be this part of the longest one.
-const SHORTEST: f64 = 0.2;
+const LEAST_ROW_RATIO: f64 = 0.2;
 
 /// Sides of elements may leave the surface of the region by this part of their length.
 const OFF: f64 = 0.02;
@@ -100,7 +100,7 @@ impl Cuboid {
             let at_end = rows.iter().filter(|row| row[end] == end as f64).count();
             at_end == 0 || at_end == rows.len()
         };
-        if lengths().fold(longest, f64::min) < SHORTEST * longest || !(whole(0) && whole(1)) {
+        if lengths().fold(longest, f64::min) < LEAST_ROW_RATIO * longest || !(whole(0) && whole(1)) {
             return None;
         }
         counts[axis] = divisions(self.length(axis) * lengths().sum::<f64>() / rows.len() as f64, cell);

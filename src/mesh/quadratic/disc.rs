@@ -15,7 +15,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 const CORNER: f64 = 0.55;
 
 /// An ellipse that is longer, over its width, is meshed as other regions are.
-const LONGEST: f64 = 3.0;
+const LARGEST_ASPECT_RATIO: f64 = 3.0;
 
 /// The mesh of a disc or of an ellipse; `None` for other regions.
 pub fn of_region(region: &Region, cell: f64) -> Option<QuadraticMesh> {
@@ -26,7 +26,7 @@ pub fn of_region(region: &Region, cell: f64) -> Option<QuadraticMesh> {
         _ => return None,
     };
     let (short, long) = (semi_axes[0].min(semi_axes[1]), semi_axes[0].max(semi_axes[1]));
-    if long > LONGEST * short {
+    if long > LARGEST_ASPECT_RATIO * short {
         return None;
     }
     let mut mesh = unit_disc(long, cell);

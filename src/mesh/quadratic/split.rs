@@ -11,7 +11,7 @@ use crate::mesh::domain::size::SizeField;
 use hashbrown::HashMap;
 
 /// A node on the outline is moved by this part of its side at most: a greater distance is that to another part of the outline.
-const FARTHEST: f64 = 0.3;
+const LARGEST_OUTLINE_MOVE: f64 = 0.3;
 
 /// The mesh of a bounded plane region.
 ///
@@ -43,7 +43,7 @@ impl Parted {
         let mut parted = Self { nodes, elements: Vec::new(), sides: HashMap::new() };
         let outline = triangles.boundary().iter().map(|&facet| triangles.facet_nodes(facet));
         for ends in outline {
-            parted.side([ends[0], ends[1]], |x, length| onto(region, x, FARTHEST * length));
+            parted.side([ends[0], ends[1]], |x, length| onto(region, x, LARGEST_OUTLINE_MOVE * length));
         }
         for &[a, b, c] in triangles.elements() {
             [[a, b], [b, c], [c, a]].into_iter().for_each(|ends| parted.side(ends, |x, _| x));

@@ -8,7 +8,7 @@ use crate::math::Vector;
 const MOST_SIDES: usize = 400;
 
 /// Two sides face each other if the cosine between their normals is below minus this.
-const FACING: f64 = 0.7;
+const FACING_COSINE: f64 = 0.7;
 
 /// Rounding of places in a triangle.
 const ROUNDING: f64 = 1e-9;
@@ -64,7 +64,7 @@ impl QuadraticMesh {
         let end = if side.upper { 1.0 } else { -1.0 };
         let (from, opposite) = (at(end), at(-end));
         let inward = -self.pieces(side).first()?.normal;
-        let facing = pieces.iter().filter(|piece| piece.normal.dot(inward) > FACING);
+        let facing = pieces.iter().filter(|piece| piece.normal.dot(inward) > FACING_COSINE);
         let depth = (opposite - from).dot(inward);
         let ahead = facing.filter_map(|piece| piece.hit(from, inward)).filter(|&length| length > ROUNDING * depth);
         let length = ahead.fold(f64::INFINITY, f64::min);

@@ -13,9 +13,10 @@
 //! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r
 //! m_s/(m_r + m_s): Lian (55) with the right sign, which has −J on the sheet r.
 
-use super::ledger::PairDissipation;
 use crate::math::Vector;
 use crate::mpm::Friction;
+use crate::simulation::Record;
+use bytemuck::{Pod, Zeroable};
 
 /// A body that touches the middle partner at this node.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +45,19 @@ impl<const D: usize> Impulse<D> {
     pub fn total(&self) -> Vector<D> {
         self.normal + self.tangent
     }
+}
+
+/// Energy that one pair has dissipated [J].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct PairDissipation {
+    /// Inelastic impact along the normals.
+    pub normal: f64,
+    pub friction: f64,
+}
+
+impl Record for PairDissipation {
+    type Number = f64;
 }
 
 /// Sums over the contact with one body in a step.

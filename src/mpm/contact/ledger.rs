@@ -1,9 +1,8 @@
 //! Named contact forces, the energy that contact has dissipated, and counts of particles that crossed sheets.
 
-use super::impulse::ContactTotals;
+use super::impulse::{ContactTotals, PairDissipation};
 use crate::math::Vector;
-use crate::simulation::{Column, Record, SaidOnce};
-use bytemuck::{Pod, Zeroable};
+use crate::simulation::{Column, SaidOnce};
 use std::collections::BTreeMap;
 
 /// The energy that contact has dissipated since the start [J] (theory D.16).
@@ -39,19 +38,6 @@ pub(super) struct ContactLedger<const D: usize> {
     mapping: Vec<f64>,
     /// Angular momentum that contact of sheets has added since the start [N m s].
     spin: [f64; 3],
-}
-
-/// Energy that one pair has dissipated [J].
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct PairDissipation {
-    /// Inelastic impact along the normals.
-    pub normal: f64,
-    pub friction: f64,
-}
-
-impl Record for PairDissipation {
-    type Number = f64;
 }
 
 impl<const D: usize> ContactLedger<D> {

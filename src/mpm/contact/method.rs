@@ -4,13 +4,12 @@
 //! differ in the places at which contact is detected and resolved: at grid nodes ([`super::at_nodes`]) or on the surface of the sheet
 //! ([`super::at_surface`]).
 
-use super::at_nodes::AtNodes;
-use super::at_surface::AtSurface;
 use super::folded_stencil::FoldedStencil;
 use super::impulse::ContactTotals;
 use super::partner::Partners;
-use super::sheet::{ContactSheet, GuardedParticle, ParticleShift, SheetSource, SheetSurface};
-use crate::mpm::{Body, Grid, SheetContact, SubStep};
+use super::sheet::{ContactSheet, GuardedParticle, ParticleShift};
+use super::surface::SheetSurface;
+use crate::mpm::{Body, Grid, SubStep};
 use std::fmt::Debug;
 
 /// The bodies and the grid at the start of a step.
@@ -71,17 +70,4 @@ pub trait ContactMethod<const D: usize>: Debug + Send + Sync {
 
     /// True if contact acts at grid nodes, and the sheet lies in the support of this one.
     fn meets(&self, node: usize) -> bool;
-}
-
-/// The method at `place` for contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact acts.
-pub fn build<const D: usize>(
-    place: SheetContact,
-    source: &SheetSource<'_, D>,
-    fields: usize,
-    tolerance: f64,
-) -> Box<dyn ContactMethod<D>> {
-    match place {
-        SheetContact::Nodes => Box::new(AtNodes::new(source, fields, tolerance)),
-        SheetContact::Particles => Box::new(AtSurface::new(tolerance)),
-    }
 }

@@ -6,8 +6,8 @@
 //! * `at_nodes`: at the grid nodes, as in the paper (Lian, Liu & Zhang 2014: Lian (49–59); theory D.2 to D.8);
 //! * `at_surface`: on the surface of the membrane, between its elements and the particles of bodies near it (theory D.9 to D.11).
 //!
-//! Both know the membrane as a `sheet` (elements, closest points, sides of particles), which touches walls and obstacles
-//! (`rigid`), and the nodes of bodies on the grid as `partner`s. `bodies` is contact of bodies with each other at grid nodes. Common to
+//! Both know the membrane as a `sheet` (closest points, sides of particles) of `facet`s, with a `surface` that moves, which touches walls and
+//! obstacles (`rigid`), and the nodes of bodies on the grid as `partner`s. `bodies` is contact of bodies with each other at grid nodes. Common to
 //! all: `impulse` (the impulses at one node), `friction` (coefficients by name), `folded_stencil` (grid nodes around a point, with walls),
 //! `support_blocks` and `particle_size`, `ledger` (forces and losses). The order of a step, and of the interface within it:
 //!
@@ -29,6 +29,7 @@
 mod at_nodes;
 mod at_surface;
 mod bodies;
+mod facet;
 mod folded_stencil;
 mod friction;
 mod impulse;
@@ -39,17 +40,22 @@ mod partner;
 mod rigid;
 mod sheet;
 mod support_blocks;
+mod surface;
 
+pub use facet::SheetFacet;
 pub use folded_stencil::{FoldedStencil, flip};
 pub use friction::FrictionTable;
 pub use ledger::Losses;
 pub use rigid::{NodePositions, Squeeze};
-pub use sheet::{FacetLocator, ParticleShift, SheetFacet, SheetPosition, SheetSource, SheetSurface};
+pub use sheet::{FacetLocator, ParticleShift, SheetPosition};
+pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
+use at_nodes::AtNodes;
+use at_surface::AtSurface;
 use bodies::Pairwise;
 use impulse::ContactTotals;
 use ledger::{ContactCounts, ContactLedger};
@@ -121,7 +127,7 @@ impl<const D: usize> Contacts<D> {
             cell: 0.0,
             bodies: bodies.iter().map(|body| (body.name.clone(), body.part.number)).collect(),
             sheets: sheets.iter().enumerate().map(built).collect(),
-            methods: sheets.iter().map(|sheet| method::build(place, sheet, fields, tolerance)).collect(),
+            methods: sheets.iter().map(|sheet| contact_method(place, sheet, fields, tolerance)).collect(),
             partners: Partners::default(),
             ledger: ContactLedger::new(with_sheets.chain(with_bodies).collect(), sheets.len()),
             pairwise: Pairwise::new(pairs),
@@ -362,5 +368,18 @@ impl<const D: usize> Contacts<D> {
         }
         self.counts.columns(prefix, visit);
         self.ledger.columns(prefix, visit);
+    }
+}
+
+/// The method at `place` for contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact acts.
+fn contact_method<const D: usize>(
+    place: SheetContact,
+    source: &SheetSource<'_, D>,
+    fields: usize,
+    tolerance: f64,
+) -> Box<dyn ContactMethod<D>> {
+    match place {
+        SheetContact::Nodes => Box::new(AtNodes::new(source, fields, tolerance)),
+        SheetContact::Particles => Box::new(AtSurface::new(tolerance)),
     }
 }

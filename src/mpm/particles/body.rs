@@ -113,6 +113,14 @@ pub struct Particles<const D: usize> {
 /// is turned, holds one of a lattice.
 const SURFACE: f64 = 1.5;
 
+/// The bodies of a velocity field.
+pub(in crate::mpm) fn in_field<const D: usize>(
+    bodies: &mut [Body<D>],
+    field: usize,
+) -> impl Iterator<Item = &mut Body<D>> {
+    bodies.iter_mut().filter(move |body| body.field == field)
+}
+
 impl<const D: usize> Body<D> {
     /// A body without a surface layer and loads in the velocity field 0, its particles not yet sorted.
     pub fn new(name: String, law: Arc<dyn PointLaw>, kernel: Kernel, particles: Particles<D>) -> Self {

@@ -18,4 +18,5 @@ pub(in crate::mpm) mod sides;
 pub mod traction;
 pub(in crate::mpm) mod volumes;
 
+pub(super) use body::in_field;
 pub use body::{Body, Part, Particles, Work};

@@ -27,6 +27,7 @@
 
 mod free_volume;
 
+use super::in_field;
 use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::contact::{FoldedStencil, flip};
@@ -37,7 +38,7 @@ use crate::mpm::transfer::{
     Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
 };
 use crate::mpm::wall::{Bodies, Walls};
-use crate::mpm::{Body, Grid, Node, Step, VelocityField};
+use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};
 use free_volume::{at_walls, of_node, share_beside};
 
@@ -108,7 +109,7 @@ fn find_excess<const D: usize>(
 ) -> Vec<[f64; 1]> {
     let Surroundings { grid, ghosts, executor, .. } = around;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
-    for body in bodies.iter_mut().filter(|body| body.field == field) {
+    for body in in_field(bodies, field) {
         let targets = Targets::Sums(&mut sums);
         executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
     }
@@ -116,7 +117,7 @@ fn find_excess<const D: usize>(
     let reached = |node: usize| sums[node][0] > 0.0;
     let free = free_volumes(around, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
-    for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
+    for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
         let filled =
             |node: usize| if free[node] > LEAST_FREE_VOLUME { sums[node][0] / (volume * free[node]) } else { 0.0 };
         close_voids(grid, contact.stencil(), body, filled);
@@ -176,7 +177,7 @@ fn follow<const D: usize>(
     let mut velocity = velocities(&grid.fields[field]);
     ghosts.fill(&grid.fields[field].limits, &mut velocity);
     let mut work = 0.0;
-    for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
+    for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
         set_pace(grid, body, &velocity, dt);
         work += set_shift(grid, body, excess);
@@ -232,7 +233,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
     coupling: &mut Coupling<D>,
-    step: &Step,
+    step: &LeapfrogStep,
 ) -> f64 {
     let mut work = 0.0;
     let shifted = bodies.iter_mut().enumerate().filter(|(_, body)| !body.work.shift.is_empty());
@@ -271,7 +272,7 @@ fn keep_out<const D: usize>(
     walls: &Walls<D>,
     bodies: &mut [Body<D>],
     coupling: &Coupling<D>,
-    step: &Step,
+    step: &LeapfrogStep,
 ) -> f64 {
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {

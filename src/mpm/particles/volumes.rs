@@ -22,6 +22,7 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
+use super::in_field;
 use super::shifting::Surroundings;
 use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
@@ -56,7 +57,7 @@ pub(in crate::mpm) fn correct<const D: usize>(
         return;
     }
     for field in 0..grid.fields.len() {
-        let mut own = bodies.iter_mut().filter(|body| body.field == field);
+        let mut own = in_field(bodies, field);
         let (Some(body), None) = (own.next(), own.next()) else { continue };
         if !body.law.is_ideal_gas() || body.particles.is_empty() {
             continue;

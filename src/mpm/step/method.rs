@@ -1,6 +1,6 @@
 //! The choices of a case, and the clock of a run.
 
-use super::Step;
+use super::LeapfrogStep;
 use super::schedule::SweepSchedule;
 use crate::math::{Signal, Vector};
 use crate::mpm::particles::motion::Landing;
@@ -41,7 +41,7 @@ impl<const D: usize> MethodChoices<D> {
 
     /// Order of the noise filter if it is due in this step, else 0. It is due by time, not by steps: a viscous gas or
     /// a short step would be filtered more often for no more noise.
-    pub fn due_filter(&self, step: &Step) -> u32 {
+    pub fn due_filter(&self, step: &LeapfrogStep) -> u32 {
         match self.transfer {
             Transfer::Flip { filter_order, .. }
                 if ((step.t + step.dt) / self.filter_time).floor() > (step.t / self.filter_time).floor() =>
@@ -53,7 +53,7 @@ impl<const D: usize> MethodChoices<D> {
     }
 
     /// The numbers of a step that operations on particles need, with stresses updated over `strain_dt` [s].
-    pub fn parameters(&self, step: &Step, strain_dt: f64, landing: Landing<D>) -> OperationParameters<D> {
+    pub fn parameters(&self, step: &LeapfrogStep, strain_dt: f64, landing: Landing<D>) -> OperationParameters<D> {
         let blend = match self.locking {
             Locking::None => 0.0,
             Locking::Average { blend } => blend,

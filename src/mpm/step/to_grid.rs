@@ -1,10 +1,11 @@
 //! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum, Lian (60–64).
 
-use super::Step;
+use super::LeapfrogStep;
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::grid::Ghosts;
 use crate::mpm::grid::small_mass::{self, TrialMomentum};
+use crate::mpm::particles::in_field;
 use crate::mpm::particles::motion::Summary;
 use crate::mpm::state::health;
 use crate::mpm::transfer::{Bins, Visitor};
@@ -15,7 +16,7 @@ use crate::parallel;
 impl<const D: usize> Mpm<D> {
     /// Sorts the bodies whose particles have left their blocks, activates the blocks that they reach, and finds
     /// the ghosts and wall nodes.
-    pub(super) fn activate(&mut self) {
+    pub(super) fn prepare_grid(&mut self) {
         let mut sorted = false;
         for body in &mut self.bodies {
             body.summary = Summary::default();
@@ -41,13 +42,12 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// m_I and p_I⁻ with the binding walls, Lian (60, 61); f_I too, where the stresses are known.
-    pub(super) fn scatter_momentum(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    pub(super) fn scatter_momentum(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
-        let Self { grid, bodies, ghosts, walls, method, coupling, members, executor, .. } = self;
+        let Self { grid, bodies, ghosts, walls, method, coupling, executor, .. } = self;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            for &number in &members[field] {
-                let body = &mut bodies[number];
+            for body in in_field(bodies, field) {
                 body.find_external_forces(&method.gravity, step.t);
                 health::check_external(body)?;
                 visitor.run(&method.schedule.momentum, own, body)?;
@@ -64,10 +64,10 @@ impl<const D: usize> Mpm<D> {
 
     /// f_I of stresses and of forces on particles, Lian (17, 18), where they could not be scattered with the momentum; before
     /// that the stress update over the interval that led here, Lian (62, 63), if that is its place.
-    pub(super) fn scatter_forces(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    pub(super) fn complete_forces(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_before(step.dt_before);
         let parameters = self.method.parameters(step, strain_dt.unwrap_or(0.0), self.landing(step));
-        let Self { grid, bodies, ghosts, walls, method, members, executor, .. } = self;
+        let Self { grid, bodies, ghosts, walls, method, executor, .. } = self;
         let visits = method.schedule.force(step.dt_before);
         if visits.is_empty() {
             return Ok(());
@@ -82,14 +82,14 @@ impl<const D: usize> Mpm<D> {
                 ghosts.fill(limits, velocity);
             }
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
+            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
             walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             Ok(())
         })
     }
 
     /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls, Lian (64).
-    pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
+    pub(super) fn advance_momentum(&mut self, field: usize, step: &LeapfrogStep) {
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, bodies, coupling, .. } = self;
         grid.with_field(field, |grid, own| {
@@ -103,7 +103,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The walls once more, after contact, which may have pushed into them.
-    pub(super) fn constrain_walls(&mut self, step: &Step) {
+    pub(super) fn constrain_by_walls(&mut self, step: &LeapfrogStep) {
         let Self { grid, walls, coupling, .. } = self;
         if coupling.membranes.is_empty() && grid.fields.len() < 2 {
             return;

@@ -1,10 +1,11 @@
 //! From the grid back to the particles: velocities, stresses, places, Lian (65, 19).
 
-use super::Step;
+use super::LeapfrogStep;
 use super::schedule::StrainVelocity;
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::grid::NodeMotion;
+use crate::mpm::particles::in_field;
 use crate::mpm::particles::motion::Landing;
 use crate::mpm::state::energy::ForceWork;
 use crate::mpm::state::health;
@@ -16,7 +17,7 @@ use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
     /// Turns (m, p⁺, f) into (m, v⁺, a), adds the work of the forces to the ledger, and fills the ghosts.
-    pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
+    pub(super) fn finish_nodes(&mut self, field: usize, step: &LeapfrogStep) {
         let (share, dt) = (self.method.pic_share(step.momentum_dt), step.momentum_dt);
         let gravity = self.method.uniform_gravity(step.t);
         let Self { grid, walls, ghosts, energy, .. } = self;
@@ -39,15 +40,16 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The end of the step: where the particles are then.
-    pub(super) fn landing(&self, step: &Step) -> Landing<D> {
+    pub(super) fn landing(&self, step: &LeapfrogStep) -> Landing<D> {
         Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
-    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; with them all that the schedule does in the same sweep.
-    pub(super) fn move_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; with them all that the schedule does in the same sweep: the stress
+    /// update and x_p, or the particles' new momentum at the nodes.
+    pub(super) fn update_velocities(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
-        let Self { grid, bodies, ghosts, method, members, executor, energy, filter_order, .. } = self;
+        let Self { grid, bodies, ghosts, method, executor, energy, filter_order, .. } = self;
         let sweeps = method.schedule.after_contact(*filter_order);
         grid.with_field(field, |grid, own| {
             if sweeps.strain_velocity == StrainVelocity::Remapped {
@@ -55,16 +57,16 @@ impl<const D: usize> Mpm<D> {
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| {
-                visitor.run(&sweeps.motion, own, &mut bodies[number])?;
-                energy.add_external(&bodies[number], step.momentum_dt);
+            in_field(bodies, field).try_for_each(|body| {
+                visitor.run(&sweeps.motion, own, body)?;
+                energy.add_external(body, step.momentum_dt);
                 Ok(())
             })
         })
     }
 
     /// The noise filter, if it is due.
-    pub(super) fn filter_noise(&mut self, field: usize, step: &Step) {
+    pub(super) fn filter_noise(&mut self, field: usize, step: &LeapfrogStep) {
         let (order, t) = (self.filter_order, step.after());
         if order == 0 {
             return;
@@ -72,13 +74,14 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
         let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-        let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
+        let mut bodies: Vec<_> = in_field(bodies, field).collect();
         let (heat, pushes) = Filter { visitor, walls, field, t, order }.apply(&mut bodies);
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
 
-    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory A.8); then x_p += Δt ẋ_p.
-    pub(super) fn update_stresses(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    /// The stress update that follows the new velocities, with v⁺ or with the re-mapped velocity (theory A.8), where there is one and it
+    /// isn't done; then x_p += Δt ẋ_p.
+    pub(super) fn complete_stresses(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
         match self.method.schedule.after_contact(self.filter_order).strain_velocity {
@@ -89,28 +92,28 @@ impl<const D: usize> Mpm<D> {
             }
             StrainVelocity::Remapped => self.remap(field, step)?,
         }
-        let Self { grid, bodies, ghosts, method, members, executor, filter_order, .. } = self;
+        let Self { grid, bodies, ghosts, method, executor, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))
+            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))
         })
     }
 
     /// Maps the particles' new velocity to the nodes, ṽ (theory A.8), and finds the heat that they hand to the particles.
-    fn remap(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+    fn remap(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
-        let Self { grid, bodies, ghosts, walls, method, members, executor, energy, filter_order, .. } = self;
+        let Self { grid, bodies, ghosts, walls, method, executor, energy, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).remap;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
+            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
             let VelocityField { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
             walls.constrain_velocity(grid, field, nodes, velocity, step.after());
-            own.heat = if members[field].iter().any(|&number| method.dissipation.warms(&bodies[number])) {
+            own.heat = if in_field(bodies, field).any(|body| method.dissipation.warms(body)) {
                 heat::of_contact(ghosts, own, dt)
             } else {
                 Vec::new()
@@ -121,8 +124,8 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// Moves the particles that no sweep has moved yet, sees that all are sound, and finds what the next step needs of them.
-    pub(super) fn land_particles(&mut self, step: &Step) -> Result<(), StepError> {
+    /// x_p += Δt ẋ_p where no sweep has moved the particles yet; sees that all are sound, and finds what the next step needs of them.
+    pub(super) fn finish_particles(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, ghosts, bodies, method, executor, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).landing;
@@ -141,10 +144,14 @@ impl<const D: usize> Mpm<D> {
         Ok(())
     }
 
-    /// Moves the obstacles, and sees that the membranes are sound.
-    pub(super) fn finish_step(&mut self, step: &Step) -> Result<(), StepError> {
+    /// Keeps the contacts with walls and obstacles that last, and moves the obstacles.
+    pub(super) fn advance_obstacles(&mut self, step: &LeapfrogStep) {
         self.walls.record_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);
+    }
+
+    /// Sees that the membranes are sound.
+    pub(super) fn check_membranes(&self) -> Result<(), StepError> {
         let mut membranes = self.coupling.membranes.iter();
         membranes.try_for_each(|membrane| health::check_membrane(&self.grid, &self.walls, membrane))
     }

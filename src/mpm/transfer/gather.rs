@@ -2,10 +2,11 @@
 //! The same sums one particle at a time: [`super::plain`].
 
 use super::bins::Bin;
+use super::column::{CHUNK, put};
 use super::frame::TileFrame;
 use super::gather_kernel::{self, GatherSums, Gathered};
-use super::place::{Places, put};
-use super::rows::{CHUNK, Rows};
+use super::place::Places;
+use super::rows::Rows;
 use super::tile::{Extent, NodeRecord, TILE_NODES, Tile, for_each_run};
 use super::view::View;
 use super::{Kernel, Sweep};
@@ -13,7 +14,7 @@ use crate::math::simd::{Lanes, Task, widest};
 use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
 
 /// Few enough bins for one thread.
-const FEW: usize = 16;
+const FEW_BINS: usize = 16;
 
 /// A few consecutive particles, and the sums over the nodes around them.
 pub(crate) struct Chunk<'a, const D: usize> {
@@ -218,7 +219,7 @@ fn split<const D: usize, A: Reduce>(
     particles: View<'_, D>,
     work: &(impl Fn(BinRun<'_, D>, View<'_, D>) -> A + Sync),
 ) -> A {
-    if part.bins.len() <= FEW {
+    if part.bins.len() <= FEW_BINS {
         return work(part, particles);
     }
     let (first, second) = part.split_at(part.bins.len() / 2);

@@ -14,6 +14,7 @@
 //! any order, since each particle belongs to one block. All give the same bits for any number of threads.
 
 mod bins;
+mod column;
 mod executor;
 mod frame;
 mod gather;
@@ -36,11 +37,12 @@ mod view;
 mod visit;
 
 pub(crate) use bins::Bins;
+pub(crate) use column::{CHUNK, ChunkColumn};
 pub(in crate::mpm) use executor::{Executor, Gathering, Nodal, Scattering, Targets, Visitor};
 pub(crate) use gather::{Chunk, GatherFields, Reduce};
 pub(in crate::mpm) use operations::{OperationParameters, Operations};
 pub(in crate::mpm) use plain::Plain;
-pub(crate) use rows::{CHUNK, ChunkColumn, Rows};
+pub(crate) use rows::Rows;
 pub(crate) use source::{ScatterContent, mean_pressure};
 pub(crate) use tile::{NodeRecord, put_scalar, put_velocity};
 pub(in crate::mpm) use tiles::Tiles;

@@ -1,9 +1,9 @@
 //! The places of the particles of a chunk in their tile: found once for all that a visit does.
 
 use super::Kernel;
+use super::column::{CHUNK, ChunkColumn, get, put};
 use super::frame::{self, TileFrame};
 use super::group::LaneGroup;
-use super::rows::{CHUNK, ChunkColumn};
 use super::tile::Extent;
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
@@ -103,16 +103,4 @@ impl<S: ShapeFunction<W>, const W: usize, const D: usize> Task for Locate<'_, S,
         places.len = n;
         Extent::around::<L, W, D>(&lowest, &highest)
     }
-}
-
-/// Eight numbers of a column.
-#[inline(always)]
-pub(crate) fn get<L: Lanes>(p: usize, column: &ChunkColumn) -> L {
-    L::load(column[p..].first_chunk().expect("columns end eight numbers beyond the chunk"))
-}
-
-/// Stores eight numbers of a column.
-#[inline(always)]
-pub(crate) fn put<L: Lanes>(lanes: L, p: usize, column: &mut ChunkColumn) {
-    lanes.store(column[p..].first_chunk_mut().expect("columns end eight numbers beyond the chunk"));
 }

@@ -1,14 +1,8 @@
 //! The sums over the nodes around a few consecutive particles, number by number.
 
-use super::place::{get, put};
+use super::column::{CHUNK, ChunkColumn, get, put};
 use crate::math::simd::Lanes;
 use crate::math::{Tensor, Vector};
-
-/// Particles per call of a visitor: their gathered values stay in the first-level cache.
-pub(crate) const CHUNK: usize = 128;
-
-/// A number of each particle of a chunk. Eight are stored at a time, so the end may overrun.
-pub(crate) type ChunkColumn = [f64; CHUNK + 8];
 
 /// Gathered numbers of a chunk of particles. Those that were not gathered have no meaning.
 #[repr(C, align(64))]

@@ -1,10 +1,10 @@
 //! Particles to grid: mass and momentum, Lian (60, 61), internal and body force, Lian (17, 18), sums of scalars.
 //! The same sums one particle at a time: [`super::plain`].
 
+use super::column::CHUNK;
 use super::frame::TileFrame;
 use super::group::LaneGroup;
 use super::place::Places;
-use super::rows::CHUNK;
 use super::scatter_kernel::{self, Alone, Packing, Paired, ScatterKernel, Slope};
 use super::source::{ScatterContent, ScatterSource};
 use super::tile::{Extent, NodeRecord, ScalarTile, TILE_NODES, Tile, for_each_run};

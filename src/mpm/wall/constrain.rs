@@ -4,7 +4,7 @@
 use super::gap::Bodies;
 use super::{NodeCondition, Pushes, Reaction, Walls};
 use crate::math::Vector;
-use crate::mpm::{Grid, Node, Step};
+use crate::mpm::{Grid, LeapfrogStep, Node};
 use crate::parallel::{map_parts, parts_mut};
 use std::ops::Range;
 
@@ -65,7 +65,7 @@ impl<const D: usize> Walls<D> {
         field: usize,
         nodes: &mut [Node<D>],
         bodies: &Bodies<'_, D>,
-        step: &Step,
+        step: &LeapfrogStep,
     ) {
         let t = step.before();
         self.find_surface(grid, field, nodes, bodies, step);
@@ -91,7 +91,7 @@ impl<const D: usize> Walls<D> {
 
     /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory E.1, E.4): the paper's
     /// step 2 e, and once more after contact.
-    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &LeapfrogStep) {
         self.constrain_nodes(grid, field, nodes, step);
         self.bind_lasting_contacts(field, nodes, step);
         for _ in 0..TURNS {
@@ -103,7 +103,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The conditions at nodes among them; returns the largest change of a node's momentum [N s].
-    fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
+    fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &LeapfrogStep) -> f64 {
         let mut reaction = std::mem::take(&mut self.reactions[field]);
         let conditions = || self.ranges.iter().map(|part| part.conditions.clone());
         let (force, closed) =
@@ -143,7 +143,7 @@ impl<const D: usize> Walls<D> {
         condition_with_gap: &GapCondition<'_, D>,
         node: &Node<D>,
         closed: &mut bool,
-        step: &Step,
+        step: &LeapfrogStep,
     ) -> [Vector<D>; 2] {
         let &GapCondition { condition, x, gap, held } = condition_with_gap;
         if node.mass <= 0.0 {

@@ -14,11 +14,11 @@
 
 use super::{Bodies, Walls};
 use crate::math::Vector;
-use crate::mpm::Step;
+use crate::mpm::LeapfrogStep;
 use crate::mpm::particles::Body;
 
 /// The least distance from an obstacle over the reach of the body.
-pub(super) const CLOSEST: f64 = 0.5;
+pub(super) const LEAST_OBSTACLE_DISTANCE: f64 = 0.5;
 
 /// A particle lies within an obstacle at the start if it is so deep below its surface [edges of its volume].
 const WITHIN: f64 = 0.25;
@@ -55,7 +55,7 @@ impl<const D: usize> Walls<D> {
         cell: f64,
         field: usize,
         bodies: &Bodies<'_, D>,
-        step: &Step,
+        step: &LeapfrogStep,
     ) -> Vec<(usize, u32, Vector<D>)> {
         let obstacles = self.surfaces(field);
         if obstacles.is_empty() {
@@ -73,7 +73,7 @@ impl<const D: usize> Walls<D> {
                             continue;
                         }
                         let (distance, normal) = obstacle.distance(x, obstacle.velocity(x, step) * step.dt);
-                        let missing = CLOSEST * body.reach(p, normal, cell) - distance;
+                        let missing = LEAST_OBSTACLE_DISTANCE * body.reach(p, normal, cell) - distance;
                         if missing > 0.0 && !(bodies.shielded)(x, normal, distance) {
                             (x, fits) = (x + normal * missing, false);
                         }

@@ -4,7 +4,7 @@ use super::surface::{SurfacePoint, SurfacePoints};
 use super::{Walls, lasting};
 use crate::math::Vector;
 use crate::mpm::grid::{GhostShares, Ghosts, NodeMotion};
-use crate::mpm::{Grid, Node, Step};
+use crate::mpm::{Grid, LeapfrogStep, Node};
 use crate::parallel;
 
 /// Forces and impulses of the walls on one velocity field during a step.
@@ -60,7 +60,7 @@ struct BoundaryForce<const D: usize> {
 
 impl<const D: usize> ReactionSums<D> {
     /// Adds impulse and work of a force during a step.
-    fn add(&mut self, walls: &Walls<D>, at: BoundaryForce<D>, step: &Step) {
+    fn add(&mut self, walls: &Walls<D>, at: BoundaryForce<D>, step: &LeapfrogStep) {
         let BoundaryForce { boundary, x, force, velocity } = at;
         let (boundary, dt) = (boundary as usize, step.momentum_dt);
         let wall = |t: f64| walls.velocity(boundary, x, t);
@@ -115,7 +115,7 @@ impl<const D: usize> Walls<D> {
         grid: &Grid<D>,
         field: usize,
         nodes: &[NodeMotion<D>],
-        step: &Step,
+        step: &LeapfrogStep,
         share: f64,
     ) -> WallWork<D> {
         let dt = step.momentum_dt;
@@ -140,7 +140,13 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Impulses and work of the conditions of a field, summed over nodes and points.
-    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[NodeMotion<D>], step: &Step) -> ReactionSums<D> {
+    fn sum_reactions(
+        &self,
+        grid: &Grid<D>,
+        field: usize,
+        nodes: &[NodeMotion<D>],
+        step: &LeapfrogStep,
+    ) -> ReactionSums<D> {
         let none = || ReactionSums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
         let force = &self.reactions[field].force;
         let mean = |node: usize| nodes[node].midstep_velocity(step.momentum_dt);

@@ -2,7 +2,7 @@
 
 use super::{WallKind, WallOrObstacle, WallWork, Walls};
 use crate::math::Vector;
-use crate::mpm::Step;
+use crate::mpm::LeapfrogStep;
 
 /// Impulse and work of a wall or an obstacle on sheets during a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -115,7 +115,7 @@ impl<'a, const D: usize> RigidBoundary<'a, D> {
     }
 
     /// Velocity of the boundary at `x` [m] during a step [m/s]: obstacles move with that of the middle of the step.
-    pub fn velocity(self, x: Vector<D>, step: &Step) -> Vector<D> {
+    pub fn velocity(self, x: Vector<D>, step: &LeapfrogStep) -> Vector<D> {
         let at = if self.region().is_some() { [0.0; 3] } else { x.to3() };
         Vector::from_fn(|a| self.boundary().velocity[a].value(at, step.t + 0.5 * step.dt))
     }

@@ -26,7 +26,7 @@ const RAISED: f64 = 1e3;
 /// Colour of their outline.
 const SOLID_EDGE: Rgb = [40, 40, 40];
 /// Elements smaller than this [pixels] have no lines.
-const SMALLEST: f64 = 9.0;
+const SMALLEST_OUTLINED: f64 = 9.0;
 
 /// The field that gives the colours of a picture.
 pub(super) struct Colouring {
@@ -236,7 +236,7 @@ impl<'s> Scene<'s> {
             (a.x - b.x).hypot(a.y - b.y).max((a.near - b.near).abs())
         });
         let (count, sum) = edges.fold((0.0, 0.0), |(count, sum), length| (count + 1.0, sum + length));
-        let shown = self.spec.mesh_lines == MeshLines::Thin && sum / count >= SMALLEST * self.pixel;
+        let shown = self.spec.mesh_lines == MeshLines::Thin && sum / count >= SMALLEST_OUTLINED * self.pixel;
         if shown { (0.4 * self.pixel) as f32 } else { 0.0 }
     }
 }

@@ -22,7 +22,7 @@ pub use pin::{Pin, PressurePin};
 
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
-use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::ThetaStep;
 use constraints::{Glide, axes_of, fixed_nodes, glides};
 
 /// The conditions of a mesh.
@@ -120,8 +120,8 @@ impl<const D: usize> Boundary<D> {
 
     /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step
     /// (theory (F.31)).
-    pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, step: TimeStep, convected: &mut [Vector<D>]) {
-        let TimeStep { dt, theta, .. } = step;
+    pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, step: ThetaStep, convected: &mut [Vector<D>]) {
+        let ThetaStep { dt, theta, .. } = step;
         for (node, sets) in &self.fixed {
             let x = mesh.nodes()[*node as usize];
             let change = self.change(x, sets, step.end(), dt);
@@ -284,7 +284,7 @@ mod tests {
         let speed = |node: usize| constraints.value[node][0];
         assert_eq!([speed(0), speed(3), speed(6)], [2.0, 2.0, 3.0]);
         let mut convected = vec![Vector::splat(9.0); 9];
-        boundary.impose(&mesh, TimeStep { t: 3.0, dt: 0.5, theta: 0.5 }, &mut convected);
+        boundary.impose(&mesh, ThetaStep { t: 3.0, dt: 0.5, theta: 0.5 }, &mut convected);
         assert_eq!([convected[6], convected[4]], [Vector([3.25, 0.0]), Vector::splat(9.0)]);
     }
 

@@ -8,7 +8,9 @@
 //! Rows of rotated nodes are turned into their frames, A_ij ← Q_i A_ij Q_jᵀ; prescribed unknowns are eliminated
 //! symmetrically: their columns go to the right-hand side, their rows keep the diagonal alone.
 
-use super::element::{self, Block, Content, Drive, Equations, Stabilisation};
+use super::contents::{CutElement, ElementContents};
+use super::element::{self, Block, Drive, Equations, Stabilisation};
+use super::mesh_data::MeshData;
 use super::outflow;
 use super::slip;
 use super::subscale::Subscales;
@@ -17,7 +19,6 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
-use crate::pfem2::interface::Enriched;
 use crate::pfem2::particle_solids::element::SolidElement;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::solid::coupling::immersed::Immersed;
@@ -27,23 +28,6 @@ use std::sync::Arc;
 /// Rows per task.
 const ROWS: usize = 256;
 
-/// An element that an interface cuts.
-#[derive(Debug, Clone)]
-pub struct CutElement<const D: usize, const N: usize> {
-    /// The element.
-    pub element: u32,
-    /// Difference of its mass matrix from that of an element of its mean density [kg].
-    pub inertia: [[f64; N]; N],
-    /// Enriched pressure of the element.
-    pub enriched: Enriched<N>,
-    /// Forces of surface tension on its nodes [N].
-    pub tension: [Vector<D>; N],
-    /// Energy of the interface [J].
-    pub energy: f64,
-    /// Source s, against which the pressure gradient is stabilised, as a mean over both sides [m/s²].
-    pub source: Vector<D>,
-}
-
 /// Everything that the equations of a step consist of.
 #[derive(Debug)]
 pub struct ElementEquations<'a, const D: usize, const N: usize> {
@@ -51,20 +35,16 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
     pub mesh: &'a Mesh<D, N>,
     /// Constants of the step.
     pub equations: Equations,
-    /// Content of each element.
-    pub contents: &'a [Content<N>],
-    /// Cut elements, ascending.
-    pub cuts: &'a [CutElement<D, N>],
+    /// Sizes and boundary facets of the elements.
+    pub mesh_data: &'a MeshData,
+    /// What fills the elements.
+    pub contents: &'a ElementContents<D, N>,
     /// Body force at the nodes [m/s²].
     pub force: &'a [Vector<D>],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: &'a [Vector<D>],
     /// Projected parts of the residual at the nodes, for the stabilisation.
     pub subscales: &'a Subscales<D>,
-    /// Open facets of each element, as bits (see `outflow`).
-    pub open: &'a [u8],
-    /// Slip facets of each element, as bits (see `slip`).
-    pub slip: &'a [u8],
     /// Solids in the mesh.
     pub immersed: Option<&'a Immersed<D, N>>,
     /// Solids on particles.
@@ -72,11 +52,6 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
-    fn cut(&self, element: usize) -> Option<&CutElement<D, N>> {
-        let place = self.cuts.binary_search_by_key(&(element as u32), |cut| cut.element).ok()?;
-        Some(&self.cuts[place])
-    }
-
     /// The drive of an element.
     pub fn drive(&self, element: usize, cut: bool) -> Drive<D, N> {
         let nodes = self.mesh.elements()[element].map(|node| node as usize);
@@ -122,10 +97,10 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
                 _ => [[0.0; N]; N],
             };
         }
-        let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
+        let (simplex, content) = (self.mesh.simplex(element), &self.contents.elements[element]);
         let mut block = element::block(simplex, content, &self.equations, (i, j));
-        if self.open[element] != 0 {
-            outflow::release(&mut block, simplex, content.viscosity, self.open[element], (i, j));
+        if self.mesh_data.open[element] != 0 {
+            outflow::release(&mut block, simplex, content.viscosity, self.mesh_data.open[element], (i, j));
             let back = if i == j { self.back(element, i) } else { 0.0 };
             (0..D).for_each(|r| block[r][r] += back);
         }
@@ -139,9 +114,9 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     /// Inertial resistance at a local node to inflow through open facets of its element [kg/s] (see `outflow`).
     pub fn back(&self, element: usize, i: usize) -> f64 {
         let simplex = self.mesh.simplex(element);
-        let density = self.contents[element].mass.iter().sum::<f64>() / simplex.volume;
+        let density = self.contents.elements[element].mass.iter().sum::<f64>() / simplex.volume;
         let convected = self.convected[self.mesh.elements()[element][i] as usize];
-        outflow::back(simplex, density, self.open[element], convected, i)
+        outflow::back(simplex, density, self.mesh_data.open[element], convected, i)
     }
 
     /// The right-hand side of an element's local node `i`, condensed.
@@ -155,7 +130,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
                 _ => [0.0; N],
             };
         }
-        let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
+        let (simplex, content) = (self.mesh.simplex(element), &self.contents.elements[element]);
         let drive = self.drive(element, cut.is_some());
         let source = cut.map_or_else(|| drive.source(&self.equations), |cut| cut.source);
         let mut load = element::load(simplex, content, &self.equations, &drive, source, i);
@@ -173,8 +148,11 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     #[inline]
     fn equation(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
         let mut block = self.block(element, cut, (i, j));
-        if self.slip[element] != 0 && self.beside_solid(element).is_none() && self.with_solid(element).is_none() {
-            slip::press(&mut block, self.mesh.simplex(element), self.slip[element], (i, j));
+        if self.mesh_data.slip[element] != 0
+            && self.beside_solid(element).is_none()
+            && self.with_solid(element).is_none()
+        {
+            slip::press(&mut block, self.mesh.simplex(element), self.mesh_data.slip[element], (i, j));
             cut.iter().for_each(|cut| add(&mut block, &cut.enriched.wall_block(i, j)));
         }
         block
@@ -189,7 +167,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
             let element = e as usize;
             let nodes = &self.mesh.elements()[element];
             let Some(own) = nodes.iter().position(|&node| node as usize == i) else { continue };
-            let cut = self.cut(element);
+            let cut = self.contents.cut(element);
             let load = self.load(element, cut, own);
             (0..D).for_each(|r| force[r] += load[r]);
             if let Some((immersed, ElementState::Cut(place))) = self.beside_solid(element) {
@@ -290,7 +268,7 @@ impl<const N: usize> Assembly<N> {
         for (&e, places) in elements.mesh.elements_around(i).iter().zip(places) {
             let element = e as usize;
             let Some(own) = places.iter().position(|&place| place == diagonal) else { continue };
-            let cut = elements.cut(element);
+            let cut = elements.contents.cut(element);
             let load = elements.load(element, cut, own);
             (0..N).for_each(|r| f[r] += load[r]);
             if let Some(cut) = cut {

@@ -36,7 +36,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             media: [medium; 2],
             enrichment: Enrichment::None,
             tension: 0.0,
-            walls: self.walls[e],
+            walls: self.mesh_data.walls[e],
             tau: content.tau,
             drive: *drive,
             sources: [drive.forces_of(&self.equations, [true; N]); 2],
@@ -51,7 +51,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         (pair, level): ([usize; 2], [f64; N]),
         drive: &Drive<D, N>,
     ) -> FluidPart<D, N> {
-        let media = pair.map(|fluid| Medium { density: self.density[fluid], viscosity: self.viscosity(e, fluid) });
+        let media =
+            pair.map(|fluid| Medium { density: self.contents.density[fluid], viscosity: self.viscosity(e, fluid) });
         let share = region.negative_volume(e, &level) / region.volume(e).max(f64::MIN_POSITIVE);
         let mean = |of: fn(&Medium) -> f64| share * of(&media[0]) + (1.0 - share) * of(&media[1]);
         let mean = Medium { density: mean(|medium| medium.density), viscosity: mean(|medium| medium.viscosity) };
@@ -67,7 +68,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             media,
             enrichment,
             tension: self.physics.tension_between(pair),
-            walls: self.walls[e],
+            walls: self.mesh_data.walls[e],
             tau: self.cut_tau() * self.tau(e, mean),
             drive: *drive,
             sources: sides.map(|own| drive.forces_of(&self.equations, own)),

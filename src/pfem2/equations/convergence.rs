@@ -1,7 +1,8 @@
 //! The error of a linear system that was not solved: its residuals, and advice.
 
 use crate::error::{Place, StepError};
-use crate::linalg::{SolverKind, SolverOptions};
+use crate::linalg::{NotConverged, SolverKind, SolverOptions};
+use crate::mesh::Mesh;
 
 /// Residuals at the start, four times on the way and at the end.
 fn residuals(history: &[f64], last: f64) -> String {
@@ -15,7 +16,12 @@ fn residuals(history: &[f64], last: f64) -> String {
 }
 
 /// The error of a solution whose residual stayed too large, with the residuals on the way.
-pub(super) fn not_converged(place: Place, history: &[f64], residual: f64, options: &SolverOptions) -> StepError {
+pub(super) fn not_converged<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    failure: &NotConverged,
+    options: &SolverOptions,
+) -> StepError {
+    let NotConverged { worst_node, residual, ref history, .. } = *failure;
     let last = match options.kind {
         SolverKind::Direct => "choose `pfem2.solver = \"iterative\"`",
         SolverKind::Auto => "choose `pfem2.solver = \"iterative\"`, or `\"direct\"`",
@@ -29,5 +35,10 @@ pub(super) fn not_converged(place: Place, history: &[f64], residual: f64, option
     };
     let residuals = residuals(history, residual);
     let advice = format!("{residuals}: {few}halve the step, look for flat or tiny elements there, or {last}");
-    StepError::new(place, "the linear solver did not converge", "relative residual", residual, advice)
+    StepError::new(place(mesh, worst_node), "the linear solver did not converge", "relative residual", residual, advice)
+}
+
+/// A node as the place of an error.
+pub(super) fn place<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> Place {
+    Place::Node { body: "mesh".into(), index: node, position: mesh.nodes()[node].to3() }
 }

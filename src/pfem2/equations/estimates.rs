@@ -23,17 +23,17 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     fn fastest(&self, gravity: impl Fn(usize) -> f64) -> f64 {
-        let mixed = (0..self.size.len()).filter(|&e| !self.pure[e] && !self.holds_solid(e));
-        let square = mixed.map(|e| self.wave(gravity(e), std::f64::consts::PI / self.size[e]));
+        let mixed = (0..self.mesh_data.size.len()).filter(|&e| !self.contents.pure[e] && !self.holds_solid(e));
+        let square = mixed.map(|e| self.wave(gravity(e), std::f64::consts::PI / self.mesh_data.size[e]));
         square.fold(0.0, f64::max).sqrt()
     }
 
     /// ω² of the fastest waves that two of the fluids could make [1/s²].
     fn wave(&self, gravity: f64, k: f64) -> f64 {
-        let fluids = self.density.len();
+        let fluids = self.contents.density.len();
         let pairs = (0..fluids).flat_map(|a| (a + 1..fluids).map(move |b| [a, b]));
         let square = pairs.map(|pair| {
-            let [a, b] = pair.map(|fluid| self.density[fluid]);
+            let [a, b] = pair.map(|fluid| self.contents.density[fluid]);
             ((a - b).abs() * gravity * k + self.physics.tension_between(pair) * k.powi(3)) / (a + b)
         });
         square.fold(0.0, f64::max)
@@ -41,8 +41,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// The shortest time in which the flow crosses an element, in free fall if it is at rest [s] (theory (H.8)).
     pub fn crossing_time(&self) -> f64 {
-        parallel::min(self.size.len(), |e| {
-            let (h, nodes) = (self.size[e], &self.mesh.elements()[e]);
+        parallel::min(self.mesh_data.size.len(), |e| {
+            let (h, nodes) = (self.mesh_data.size[e], &self.mesh.elements()[e]);
             let largest = |values: &[Vector<D>]| nodes.iter().map(|&i| values[i as usize].norm()).fold(0.0, f64::max);
             let (v, g) = (largest(&self.velocity), largest(&self.force));
             // v t + ½ g t² = h

@@ -1,86 +1,112 @@
 //! The linear system of a step: matrix, right-hand side and solution, with the solids at its border (theory F.15, J.4).
 
 use super::assemble::Assembly;
-use super::system::{TimeStep, VelocityPressureSystem};
+use super::convergence::not_converged;
 use crate::error::{Place, StepError};
 use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, SolveOutcome, SolverOptions, SolverState};
-use crate::math::Vector;
 use crate::mesh::Mesh;
+use crate::pfem2::boundary::Constraints;
 use crate::pfem2::solid::coupling::border::SolidBorder;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 
-/// Matrix and right-hand side of velocity and pressure, and their solver.
+/// Matrix and right-hand side of velocity and pressure, their solver, and the solution.
 pub(in crate::pfem2) struct LinearSystem<const N: usize> {
-    assembly: Assembly<N>,
-    matrix: BlockMatrix<N>,
-    rhs: Vec<[f64; N]>,
+    pub(super) assembly: Assembly<N>,
+    pub(super) matrix: BlockMatrix<N>,
+    pub(super) rhs: Vec<[f64; N]>,
+    /// Unknowns of the nodes, velocity and pressure.
+    pub unknowns: Vec<[f64; N]>,
+    /// Outcome of the last solution.
+    pub outcome: SolveOutcome,
+    /// Preconditioners made so far.
+    pub preconditioners: u64,
     /// The solver, with the preconditioner that it keeps.
-    pub(super) solver: LinearSolver<N>,
+    solver: LinearSolver<N>,
     /// Options of the solver.
-    pub(super) options: SolverOptions,
+    options: SolverOptions,
 }
 
 impl<const N: usize> LinearSystem<N> {
     /// A system of zeros on a mesh.
     pub(super) fn new<const D: usize>(mesh: &Mesh<D, N>, options: SolverOptions) -> Self {
-        let assembly = Assembly::new(mesh);
-        let (matrix, rhs) = (BlockMatrix::zeros(assembly.pattern()), vec![[0.0; N]; mesh.nodes().len()]);
-        let solver = solver(mesh, &assembly, options);
-        Self { assembly, matrix, rhs, solver, options }
-    }
-}
-
-impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
-    /// Fills matrix and right-hand side.
-    pub(super) fn assemble(&mut self, step: TimeStep, convected: &[Vector<D>]) {
-        let mut rhs = std::mem::take(&mut self.linear.rhs);
-        rhs.fill([0.0; N]);
-        self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));
-        let empty = BlockMatrix { pattern: self.linear.assembly.pattern(), values: Vec::new() };
-        let mut matrix = std::mem::replace(&mut self.linear.matrix, empty);
-        self.linear.assembly.assemble(&self.elements(convected), &self.constraints, &mut matrix, &mut rhs);
-        (self.linear.matrix, self.linear.rhs) = (matrix, rhs);
+        let (assembly, nodes) = (Assembly::new(mesh), mesh.nodes().len());
+        Self {
+            matrix: BlockMatrix::zeros(assembly.pattern()),
+            rhs: vec![[0.0; N]; nodes],
+            unknowns: vec![[0.0; N]; nodes],
+            outcome: SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false },
+            preconditioners: 0,
+            solver: solver(mesh, &assembly, options),
+            assembly,
+            options,
+        }
     }
 
-    /// Solves the linear system, with the solids at its border.
+    /// Solves for the unknowns, which hold a first guess, and for the velocity of the solids at the border.
+    ///
+    /// # Errors
+    /// The matrix of the solids is singular, or the linear solver doesn't converge.
+    pub(super) fn solve<const D: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        immersed: Option<&mut Immersed<D, N>>,
+        constraints: &Constraints<D, N>,
+    ) -> Result<(), StepError> {
+        let outcome = match immersed {
+            Some(immersed) => self.solve_bordered(mesh, immersed, constraints)?,
+            None => self.solver.solve(&self.matrix, &self.rhs, &mut self.unknowns),
+        };
+        self.outcome = outcome.map_err(|failure| not_converged(mesh, &failure, &self.options))?;
+        self.preconditioners += u64::from(self.outcome.rebuilt);
+        Ok(())
+    }
+
+    /// Solves the system with the solids at its border.
     ///
     /// # Errors
     /// The matrix of the solids is singular; inside, the linear solver doesn't converge.
-    pub(super) fn solve_linear(&mut self) -> Result<Result<SolveOutcome, NotConverged>, StepError> {
-        let linear = &mut self.linear;
-        let Some(immersed) = &mut self.immersed else {
-            return Ok(linear.solver.solve(&linear.matrix, &linear.rhs, &mut self.unknowns));
-        };
-        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, &linear.matrix, &mut linear.rhs)
-            .ok_or_else(|| {
+    fn solve_bordered<const D: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        immersed: &mut Immersed<D, N>,
+        constraints: &Constraints<D, N>,
+    ) -> Result<Result<SolveOutcome, NotConverged>, StepError> {
+        let mut border =
+            SolidBorder::new(mesh, immersed, constraints, &self.matrix, &mut self.rhs).ok_or_else(|| {
                 let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
                 StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
             })?;
         let load = std::mem::take(&mut border.load);
         let mut solids = border.start(&immersed.independent);
         let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];
-        let outcome = linear.solver.solve_bordered(&linear.matrix, &mut border, [linear.rhs.as_flattened(), &load], x);
+        let outcome = self.solver.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x);
         immersed.independent = border.independent(&solids);
         immersed.velocity = border.velocity(&immersed.independent);
         Ok(outcome)
     }
 
+    /// Prepares the solver for solids at the border.
+    pub(super) fn expect_border(&mut self) {
+        self.solver.expect_border();
+    }
+
     /// The state of the linear solver, kept from one step to the next.
-    pub(in crate::pfem2) fn solver_state(&self) -> SolverState {
-        self.linear.solver.state()
+    pub fn solver_state(&self) -> SolverState {
+        self.solver.state()
     }
 
     /// True if a state is that of a run of the same case.
-    pub(in crate::pfem2) fn fits(&self, state: &SolverState) -> bool {
-        self.linear.solver.fits(state)
+    pub fn fits(&self, state: &SolverState) -> bool {
+        self.solver.fits(state)
     }
 
     /// Goes on from the state of another run of the same case.
-    pub(in crate::pfem2) fn restore_solver(&mut self, state: &SolverState) {
+    pub(super) fn restore<const D: usize>(&mut self, mesh: &Mesh<D, N>, state: &SolverState, has_border: bool) {
         // A state that doesn't fit belongs to no run of this case: the solver then starts afresh.
-        if self.linear.solver.restore(state).is_err() {
-            self.linear.solver = solver(&self.mesh, &self.linear.assembly, self.linear.options);
-            if self.immersed.is_some() {
-                self.linear.solver.expect_border();
+        if self.solver.restore(state).is_err() {
+            self.solver = solver(mesh, &self.assembly, self.options);
+            if has_border {
+                self.solver.expect_border();
             }
         }
     }

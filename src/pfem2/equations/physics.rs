@@ -1,32 +1,9 @@
-//! The choices of a run that all steps share, and the time of a step.
+//! The fluids and the choices of a run that all steps share.
 
 use super::element::{Mass, Stabilisation};
 use crate::math::{Signal, Vector};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::setup::FluidSetup;
-
-/// Time, step and implicit share of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimeStep {
-    /// Time at its start [s].
-    pub t: f64,
-    /// Length of the step [s].
-    pub dt: f64,
-    /// Implicit share θ; 1: backward Euler.
-    pub theta: f64,
-}
-
-impl TimeStep {
-    /// Δ = θ Δt [s].
-    pub fn delta(&self) -> f64 {
-        self.theta * self.dt
-    }
-
-    /// Time at its end [s].
-    pub fn end(&self) -> f64 {
-        self.t + self.dt
-    }
-}
 
 /// Numbers that stay the same during a run.
 #[derive(Debug, Clone)]

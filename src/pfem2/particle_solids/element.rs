@@ -207,7 +207,7 @@ impl<const D: usize, const N: usize> SolidElement<D, N> {
         let &NodalSolution { drive, velocity, pressure, dt } = solution;
         let (part, g) = (&self.part, &simplex.gradient);
         let gradient = (0..N).map(|k| crate::math::Tensor::outer(velocity[k], g[k]));
-        let rate = super::stress::deviatoric_rate(&gradient.fold(crate::math::Tensor::ZERO, |sum, own| sum + own));
+        let rate = super::strain_rate::deviatoric_rate(&gradient.fold(crate::math::Tensor::ZERO, |sum, own| sum + own));
         let own = self.split.map_or(pressure, |split| split.on_side(pressure, true));
         let p: f64 = own.iter().zip(&part.weights).map(|(p, w)| p * w).sum();
         let stress = (part.stress + rate * (2.0 * part.shear * dt)) * part.volume - SymTensor::isotropic(p);

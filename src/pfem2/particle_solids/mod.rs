@@ -12,19 +12,23 @@
 //! `solid` has what is better: solids on meshes of their own (theory J). This is the preset of the paper, to compare with.
 //!
 //! ```text
-//! setup      a solid as a run starts with it
-//! columns    what its particles carry
-//! stress     the rate law on the particles
-//! sums       sums over the particles of an element, and averages at the nodes
-//! element    the equations of an element that holds solid
-//! solids     all of them in the system: equations, recovery, forces
-//! stages     the stages of a step
+//! setup        a solid as a run starts with it
+//! columns      what its particles carry
+//! strain_rate  the rate of strain of an element
+//! averages     sums over the particles of an element, and averages at the nodes
+//! element      the equations of an element that holds solid
+//! solids       all of them in the system: equations, recovery, forces
+//! sums         how the sums and averages are taken
+//! stress       the rate law on the particles
+//! stages       the stages of a step, of the particles and of the system
 //! ```
 
+pub mod averages;
 pub mod columns;
 pub mod element;
 pub mod setup;
 pub mod solids;
-pub(in crate::pfem2) mod stages;
+mod stages;
+pub mod strain_rate;
 pub mod stress;
 pub mod sums;

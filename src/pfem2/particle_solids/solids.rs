@@ -7,9 +7,9 @@
 //! particles of solids elsewhere, or several solids  not split: V_s = V n_s/n_e, one continuous pressure   theory (K.9)
 //! ```
 
+use super::averages::{ElementSums, NodalAverages};
 use super::element::{ElementIntegrals, ElementLoads, NodalSolution, SolidElement, SolidPart, SplitPressure};
 use super::setup::{ParticleSolidSetup, RateLaw};
-use super::sums::{ElementSums, NodalAverages};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;

@@ -6,7 +6,8 @@ use super::correct::{self, Correction};
 use super::project::AveragingKernel;
 use super::reseed::{self, ParticleCounts, Reseeded};
 use crate::math::Vector;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::ThetaStep;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::project::ConvectedVelocity;
 use crate::pfem2::setup::Unresolved;
@@ -99,7 +100,7 @@ impl<const D: usize> ParticleTracking<D> {
     /// Adds the explicit share of the acceleration, Δt (β₁ aⁿ + β₂ aⁿ⁻¹), to the velocities (theory (F.3)).
     pub fn accelerate<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         history: &TimeHistory<D>,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
@@ -119,7 +120,7 @@ impl<const D: usize> ParticleTracking<D> {
     /// equation there, and would drift away from the boundary's velocity.
     pub fn correct<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         averaged: &ConvectedVelocity<D>,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,

@@ -14,7 +14,8 @@ use super::tracking::ParticleTracking;
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::ThetaStep;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::level_set::InflowDepth;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::solid::coupling::immersed::Immersed;
@@ -22,7 +23,7 @@ use crate::pfem2::time::history::TimeHistory;
 
 /// The flow of a step, frozen, and the state at its start.
 pub(in crate::pfem2) struct FrozenFlow<const D: usize> {
-    step: TimeStep,
+    step: ThetaStep,
     /// v* at the nodes [m/s].
     pub velocity: Vec<Vector<D>>,
     /// Velocity at the nodes at the start of the step, with its explicit share [m/s].
@@ -39,7 +40,7 @@ impl<const D: usize> ParticleTracking<D> {
     /// [`ParticleTracking::reseed`] has to follow, which sorts them.
     pub fn convect<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         history: &TimeHistory<D>,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,

@@ -77,7 +77,7 @@ impl AvailablePotentialEnergy {
         let middle = slots.iter().map(|(phi, volume)| phi * volume).sum::<f64>() / volume;
         slots.iter_mut().for_each(|(phi, _)| *phi -= middle);
         let mut fluids: Vec<(f64, f64)> =
-            system.physics.fluids.iter().zip(&system.volumes).map(|(fluid, v)| (fluid.density, *v)).collect();
+            system.physics.fluids.iter().zip(&system.contents.volumes).map(|(fluid, v)| (fluid.density, *v)).collect();
         fluids.sort_by(|a, b| b.0.total_cmp(&a.0));
         let lift = totals.mass * gravity.norm() * system.shortest();
         let level = Self { up: (gravity * -1.0).to3(), middle, start: 0.0, energy: 0.0, lift };

@@ -87,7 +87,7 @@ impl<const D: usize> EnergyBalance<D> {
         let fluids_alone = solids.is_none() && system.particle_solids.is_none();
         self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| fluids_alone);
         if system.boundary.is_closed() {
-            self.initial_volumes = system.volumes.clone();
+            self.initial_volumes = system.contents.volumes.clone();
         }
         let rounding = ROUNDING * Vector(self.totals.weight).norm() * extent(&system.mesh);
         let gravity = Vector::<D>::from_fn(|i| system.physics.gravity[i].value([0.0; 3], 0.0)).norm();
@@ -185,9 +185,9 @@ impl<const D: usize> EnergyBalance<D> {
         interface: &InterfaceTracking<D>,
         notices: &mut Notices,
     ) -> Result<(), StepError> {
-        notices.losses(&system.physics.fluids, &self.initial_volumes, &system.volumes);
+        notices.losses(&system.physics.fluids, &self.initial_volumes, &system.contents.volumes);
         if interface.kept_volumes.is_some() {
-            notices.weights(&system.physics.fluids, &self.initial_volumes, &system.volumes);
+            notices.weights(&system.physics.fluids, &self.initial_volumes, &system.contents.volumes);
         }
         self.check_errors(system, notices);
         let Some(available) = &self.available else { return Ok(()) };

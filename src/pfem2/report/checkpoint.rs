@@ -24,7 +24,7 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
         return Some(format!("a particle is of a phase beyond the {fluids} there are"));
     }
     let age = pfem.interface.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
-    let counts = [pfem.steps, pfem.system.preconditioners, age];
+    let counts = [pfem.steps, pfem.system.linear.preconditioners, age];
     let events: &[u64] = bytemuck::cast_slice(std::slice::from_ref(&pfem.particles.events));
     if counts.iter().chain(events).any(|&count| count > MOST_COUNTED) {
         return Some("it counts more than any run does".to_owned());
@@ -35,7 +35,7 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if let Some(misfit) = pfem.notices.misfit() {
         return Some(misfit);
     }
-    (!pfem.system.fits(&pfem.solver_state)).then(|| "the kept matrix is that of another mesh".to_owned())
+    (!pfem.system.linear.fits(&pfem.solver_state)).then(|| "the kept matrix is that of another mesh".to_owned())
 }
 
 /// True if all numbers that the next step starts from are finite, and lengths and times positive.
@@ -110,7 +110,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
 
 /// The matrix that the linear solver keeps, and its counts.
 fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    pfem.solver_state = pfem.system.solver_state();
+    pfem.solver_state = pfem.system.linear.solver_state();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
     visit("solver/compliance places", Column::growing(&mut pfem.solver_state.compliance_places));
     visit("solver/compliance", Column::growing(&mut pfem.solver_state.compliance));
@@ -118,8 +118,8 @@ fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit:
     visit("solver/coarse forces", Column::growing(&mut pfem.solver_state.coarse.forces));
     visit("solver/coarse counters", Column::record(&mut pfem.solver_state.coarse.counters));
     visit("solver/counters", Column::record(&mut pfem.solver_state.counters));
-    visit("solver/preconditioners", Column::scalar(&mut pfem.system.preconditioners));
-    visit_count(visit, "solver/iterations", &mut pfem.system.outcome.iterations);
+    visit("solver/preconditioners", Column::scalar(&mut pfem.system.linear.preconditioners));
+    visit_count(visit, "solver/iterations", &mut pfem.system.linear.outcome.iterations);
 }
 
 /// Values at the nodes.

@@ -81,7 +81,7 @@ fn powers<const D: usize, const N: usize, const K: usize>(
     velocity: impl Fn(usize) -> [Vector<D>; K] + Sync,
 ) -> [f64; K] {
     let of_element = |e: usize| {
-        let (simplex, content) = (system.mesh.simplex(e), &system.contents[e]);
+        let (simplex, content) = (system.mesh.simplex(e), &system.contents.elements[e]);
         let nodal = system.mesh.elements()[e].map(|node| velocity(node as usize));
         std::array::from_fn(|k| {
             let rate = shear_rate(&simplex.gradient, &nodal.map(|velocities| velocities[k]));
@@ -90,5 +90,5 @@ fn powers<const D: usize, const N: usize, const K: usize>(
     };
     let add = |a: [f64; K], b: [f64; K]| std::array::from_fn(|k| a[k] + b[k]);
     let chunk = |range: std::ops::Range<usize>| range.map(of_element).fold([0.0; K], add);
-    parallel::reduce(system.contents.len(), chunk, add).unwrap_or([0.0; K])
+    parallel::reduce(system.contents.elements.len(), chunk, add).unwrap_or([0.0; K])
 }

@@ -13,9 +13,10 @@ use super::moments::{self, ForcedPart, MomentPoint, StepMeans};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::{Boundary, BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::assemble::ElementEquations;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::time::history::StepShares;
 use std::collections::BTreeMap;
 
@@ -108,7 +109,7 @@ impl<const D: usize> BoundaryForces<D> {
     pub fn update<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        step: TimeStep,
+        step: ThetaStep,
         convected: &[Vector<D>],
         shares: StepShares,
     ) -> BoundaryAction<D> {
@@ -122,7 +123,7 @@ impl<const D: usize> BoundaryForces<D> {
     pub fn begin<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        step: TimeStep,
+        step: ThetaStep,
         convected: &[Vector<D>],
     ) -> BoundaryAction<D> {
         let (parts, action) = self.measure(system, step, convected);
@@ -135,7 +136,7 @@ impl<const D: usize> BoundaryForces<D> {
     fn measure<const N: usize>(
         &self,
         system: &VelocityPressureSystem<D, N>,
-        step: TimeStep,
+        step: ThetaStep,
         convected: &[Vector<D>],
     ) -> (Vec<PartAction<D>>, BoundaryAction<D>) {
         let VelocityPressureSystem { mesh, boundary, velocity, .. } = system;
@@ -147,7 +148,7 @@ impl<const D: usize> BoundaryForces<D> {
             power += traction.dot(velocity[node]);
             loads[node] += traction;
         });
-        let on_part = |part: &BoundaryPart<D>| part.action(&elements, &loads, &system.unknowns);
+        let on_part = |part: &BoundaryPart<D>| part.action(&elements, &loads, &system.linear.unknowns);
         let mut reactions: Vec<_> = self.parts.iter().map(on_part).collect();
         self.add_feet(system, &mut reactions);
         for reaction in &reactions {
@@ -165,13 +166,13 @@ impl<const D: usize> BoundaryForces<D> {
 impl<const D: usize> BoundaryForces<D> {
     /// Adds the pressure on walls beside the ends of the surfaces of solids, which no node of the mesh takes up (theory (J.9c)).
     fn add_feet<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, actions: &mut [PartAction<D>]) {
-        let VelocityPressureSystem { mesh, boundary, unknowns, .. } = system;
+        let VelocityPressureSystem { mesh, boundary, linear, .. } = system;
         let elements = system.immersed.iter().flat_map(|immersed| &immersed.elements);
         for (element, share) in elements.flat_map(|own| own.on_walls.iter().map(move |share| (own.element, share))) {
             let set = boundary.set_of(mesh, Facet { element, opposite: share.facet });
             let Some(part) = self.parts.iter().position(|part| Some(part.set) == set) else { continue };
             let nodes = mesh.elements()[element as usize].iter().zip(share.area);
-            let push = nodes.map(|(&node, area)| area * unknowns[node as usize][D]).sum::<Vector<D>>();
+            let push = nodes.map(|(&node, area)| area * linear.unknowns[node as usize][D]).sum::<Vector<D>>();
             let arm = share.position - self.parts[part].about.unwrap_or_default();
             actions[part].force += push;
             actions[part].moment += moments::moment(arm, push);
@@ -212,10 +213,12 @@ fn open_boundary_load<const D: usize, const N: usize>(
     mut add: impl FnMut(usize, Vector<D>),
 ) {
     let mesh = elements.mesh;
-    for e in (0..elements.open.len()).filter(|&e| elements.open[e] != 0 && elements.with_solid(e).is_none()) {
+    for e in (0..elements.mesh_data.open.len())
+        .filter(|&e| elements.mesh_data.open[e] != 0 && elements.with_solid(e).is_none())
+    {
         let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
-        for k in (0..N).filter(|&k| elements.open[e] >> k & 1 == 1) {
-            let area = simplex.facet_area(k) * (elements.contents[e].viscosity / D as f64);
+        for k in (0..N).filter(|&k| elements.mesh_data.open[e] >> k & 1 == 1) {
+            let area = simplex.facet_area(k) * (elements.contents.elements[e].viscosity / D as f64);
             let share = (0..N).map(|j| simplex.gradient[j] * velocity[nodes[j]].dot(area)).sum::<Vector<D>>();
             (0..N).filter(|&i| i != k).for_each(|i| add(nodes[i], share));
         }

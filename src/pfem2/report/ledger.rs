@@ -50,11 +50,11 @@ impl FlowTotals {
         let chunk = |range: std::ops::Range<usize>| {
             range.map(|e| Self::of_element(system, e)).fold(Self::default(), Self::plus)
         };
-        parallel::reduce(system.contents.len(), chunk, Self::plus).unwrap_or_default()
+        parallel::reduce(system.contents.elements.len(), chunk, Self::plus).unwrap_or_default()
     }
 
     fn of_element<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>, e: usize) -> Self {
-        let content = &system.contents[e];
+        let content = &system.contents.elements[e];
         let nodes = system.mesh.elements()[e].map(|node| node as usize);
         let velocity = nodes.map(|i| system.velocity[i]);
         let mut totals = Self::default();

@@ -290,7 +290,7 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     ledger.terms.extend(balance.strain.iter().flat_map(|strain| strain.terms()));
     ledger.largest = pfem.balance.largest_energy();
     let unit = if D == 2 { "m^2" } else { "m^3" };
-    for (name, &value) in pfem.system.phase_names().zip(&pfem.system.volumes) {
+    for (name, &value) in pfem.system.phase_names().zip(&pfem.system.contents.volumes) {
         ledger.terms.push(BalanceTerm { name: format!("volume: {name}"), unit, kind: Other, value });
     }
     for (fluid, value) in pfem.interface.outflow_by_fluid() {
@@ -332,9 +332,9 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
         ("particles: merged", pfem.particles.events.merged),
         ("particles: joined", pfem.particles.events.joined),
         ("elements: empty", pfem.particles.events.empty),
-        ("elements: cut", pfem.system.cuts.len() as u64),
-        ("solver: iterations", if started { pfem.system.outcome.iterations as u64 } else { 0 }),
-        ("solver: preconditioners", if started { pfem.system.preconditioners } else { 0 }),
+        ("elements: cut", pfem.system.contents.cuts.len() as u64),
+        ("solver: iterations", if started { pfem.system.linear.outcome.iterations as u64 } else { 0 }),
+        ("solver: preconditioners", if started { pfem.system.linear.preconditioners } else { 0 }),
     ];
     let solutions = pfem.solids.as_ref().map(|solids| ("solver: solutions", solids.last.solutions as u64));
     counts.into_iter().chain(solutions).map(|(name, count)| (name.to_owned(), count)).collect()

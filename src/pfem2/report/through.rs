@@ -35,7 +35,7 @@ impl<const D: usize> OpenBoundaryFlux<D> {
             let nodes = mesh.facet_nodes(*facet);
             let v: Vec<Vector<D>> = nodes.iter().map(|&node| velocity[node as usize]).collect();
             let comes_in = v.iter().map(|v| v.dot(area)).sum::<f64>() < 0.0;
-            let behind = || contents[element].mass.iter().sum::<f64>() / mesh.simplex(element).volume;
+            let behind = || contents.elements[element].mass.iter().sum::<f64>() / mesh.simplex(element).volume;
             let density = comes_in.then(|| brought(place)).flatten().unwrap_or_else(behind);
             let [pair, triple] = [D * (D + 1), D * (D + 1) * (D + 2)].map(|count| density / count as f64);
             for a in 0..D {

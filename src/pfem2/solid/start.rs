@@ -1,9 +1,10 @@
 //! The solids at the start of a run, and what its predicted first step leaves of them (theory H.9).
 
 use super::step_results::SolidStep;
+use super::step_results::energies;
 use super::structure::SolidState;
 use super::structure::bodies::SolidPowers;
-use super::tracking::{SolidTracking, energies};
+use super::tracking::SolidTracking;
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::pfem2::report::moments::StepMeans;

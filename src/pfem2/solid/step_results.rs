@@ -1,6 +1,9 @@
 //! Results of a step of the solids: forces on them, energies, and how well it was solved.
 
 use super::contact::step::ContactForces;
+use super::structure::Structure;
+use super::structure::bodies::SolidPowers;
+use crate::error::StepError;
 use crate::math::Vector;
 use crate::pfem2::report::moments::StepMeans;
 use crate::pfem2::report::solids::SolidEnergies;
@@ -36,4 +39,17 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub has_wrong_contacts: bool,
     /// Steps that solids make by backward Euler from now on (theory J.8).
     pub backward_steps: usize,
+}
+
+/// Energies of a structure [J], with these powers [W].
+///
+/// # Errors
+/// An element is turned inside out.
+pub(super) fn energies<const D: usize>(
+    structure: &Structure<D>,
+    powers: SolidPowers,
+) -> Result<SolidEnergies, StepError> {
+    let SolidPowers { gravity, supports } = powers;
+    let (kinetic, strain) = (structure.kinetic_energy(), structure.strain_energy()?);
+    Ok(SolidEnergies { kinetic, strain, gravity, supports })
 }

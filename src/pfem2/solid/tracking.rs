@@ -11,6 +11,7 @@ use super::equations::independent::SolutionVelocities;
 use super::holding::{HeldStep, Holders, HoldingForces};
 use super::setup::SurfaceCondition;
 pub(in crate::pfem2) use super::step_results::SolidStep;
+use super::step_results::energies;
 use super::structure::bodies::{SolidPowers, SolvedStep, quadrilaterals};
 use super::structure::outline::SolidOutline;
 use super::structure::{Prediction, Structure};
@@ -19,10 +20,10 @@ use crate::error::StepError;
 use crate::linalg::SparseMatrix;
 use crate::math::Vector;
 use crate::mesh::Mesh;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, StepMeans};
-use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
 /// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew
@@ -155,7 +156,7 @@ impl<const D: usize> SolidTracking<D> {
     /// An element of a solid turns inside out; supports that a rigid solid can't follow; solids go through each other.
     pub fn predict<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         history: &TimeHistory<D>,
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
@@ -169,8 +170,8 @@ impl<const D: usize> SolidTracking<D> {
     }
 
     /// The step as solids make it: some by backward Euler (theory J.8).
-    fn solid_step(&self, step: TimeStep) -> TimeStep {
-        if self.last.backward_steps > 0 { TimeStep { theta: 1.0, ..step } } else { step }
+    fn solid_step(&self, step: ThetaStep) -> ThetaStep {
+        if self.last.backward_steps > 0 { ThetaStep { theta: 1.0, ..step } } else { step }
     }
 
     /// True if a step is to be solved anew after the solution that the system has found: with other contacts, or about
@@ -181,7 +182,7 @@ impl<const D: usize> SolidTracking<D> {
     /// As [`SolidTracking::predict`].
     pub fn predict_again<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<bool, StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(false) };
@@ -217,7 +218,7 @@ impl<const D: usize> SolidTracking<D> {
     /// As [`SolidTracking::predict`].
     fn update_prediction<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         solution: &SolutionVelocities<D>,
         is_last: bool,
         system: &mut VelocityPressureSystem<D, N>,
@@ -251,7 +252,7 @@ impl<const D: usize> SolidTracking<D> {
     ///
     /// # Errors
     /// As [`SolidTracking::predict`].
-    fn by_backward_euler(&self, step: TimeStep, prediction: Prediction<D>) -> Result<Prediction<D>, StepError> {
+    fn by_backward_euler(&self, step: ThetaStep, prediction: Prediction<D>) -> Result<Prediction<D>, StepError> {
         let Prediction { displacement, found, .. } = prediction;
         let hats = self.structure.predict(step.end(), StepShares::backward_euler(step.dt), [1.0, 0.0, 0.0])?;
         Ok(Prediction { displacement, found, ..hats })
@@ -263,7 +264,7 @@ impl<const D: usize> SolidTracking<D> {
     /// As [`SolidTracking::predict`].
     fn linearise<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         prediction: Prediction<D>,
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
@@ -298,7 +299,7 @@ impl<const D: usize> SolidTracking<D> {
     /// (theory (J.9b)).
     fn add_pressure_stiffness(
         &self,
-        step: TimeStep,
+        step: ThetaStep,
         prediction: &Prediction<D>,
         stiffness: &SparseMatrix,
         equations: &mut SolidEquations,
@@ -316,7 +317,7 @@ impl<const D: usize> SolidTracking<D> {
     /// An element of a solid is turned inside out.
     pub fn advance<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         shares: StepShares,
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
@@ -325,7 +326,7 @@ impl<const D: usize> SolidTracking<D> {
         let own_shares = if self.last.backward_steps > 0 { StepShares::backward_euler(step.dt) } else { shares };
         self.last.backward_steps = self.last.backward_steps.saturating_sub(1);
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
-        let mut nodal = immersed.forces(&system.mesh, &system.unknowns);
+        let mut nodal = immersed.forces(&system.mesh, &system.linear.unknowns);
         let mut powers = SolidPowers::default();
         if let Some(equations) = &immersed.equations {
             let Immersed { velocity, independent, .. } = immersed;
@@ -357,7 +358,7 @@ impl<const D: usize> SolidTracking<D> {
     /// Takes the forces on supports and springs, and those of contacts, at the end of a step.
     fn update_holding(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         shares: StepShares,
         prediction: &Prediction<D>,
         solved: &SolvedStep<'_, D>,
@@ -371,19 +372,6 @@ impl<const D: usize> SolidTracking<D> {
         self.last.holding.add_to_means(impulses.iter().map(|all| all.force * part));
         self.last.holding_moments.add_to_means(impulses.iter().map(|all| all.moment * part));
     }
-}
-
-/// Energies of a structure [J], with these powers [W].
-///
-/// # Errors
-/// An element is turned inside out.
-pub(super) fn energies<const D: usize>(
-    structure: &Structure<D>,
-    powers: SolidPowers,
-) -> Result<SolidEnergies, StepError> {
-    let SolidPowers { gravity, supports } = powers;
-    let (kinetic, strain) = (structure.kinetic_energy(), structure.strain_energy()?);
-    Ok(SolidEnergies { kinetic, strain, gravity, supports })
 }
 
 /// No solid has reached the boundary of the mesh, but where its nodes are `held`.

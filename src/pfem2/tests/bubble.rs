@@ -16,7 +16,7 @@ fn jump(cells: usize) -> [f64; 2] {
     let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
     for k in 0..5 {
         let convected = system.velocity.clone();
-        let step = TimeStep { t: 1e-3 * f64::from(k), dt: 1e-3, theta: 1.0 };
+        let step = ThetaStep { t: 1e-3 * f64::from(k), dt: 1e-3, theta: 1.0 };
         system.solve(step, &phases, &convected).unwrap();
     }
     let far = |inside: f64| {

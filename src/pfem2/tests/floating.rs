@@ -59,13 +59,13 @@ fn fluids_at_rest_stay_at_rest_beside_a_solid_that_is_held() {
         let held = [Some(Signal::ZERO), Some(Signal::ZERO)];
         let mut pfem =
             water_and_air(unit_mesh(12), height, solid(block([0.37, 0.41], [0.52, 0.5], angle), 500.0, held));
-        let start = pfem.system.volumes.clone();
+        let start = pfem.system.contents.volumes.clone();
         for k in 0..15 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
         }
         let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-10 * GRAVITY * dt, "{height} {angle}: {speed:e}");
-        let changed = start.iter().zip(&pfem.system.volumes).map(|(start, now)| (now - start).abs());
+        let changed = start.iter().zip(&pfem.system.contents.volumes).map(|(start, now)| (now - start).abs());
         assert!(changed.fold(0.0, f64::max) < 1e-12);
         let off = |i: usize| (pfem.interface.level[i] - (pfem.system.mesh.nodes()[i][1] - height)).abs();
         let near = (0..pfem.interface.level.len()).filter(|&i| pfem.interface.level[i].abs() < 0.2);
@@ -181,10 +181,10 @@ fn volumes_are_kept_beside_a_plate_that_moves_through_the_surface() {
     for (size, angle) in [([0.14, 0.5], 0.3), ([0.5, 0.13], 0.1), (thin[0], 0.3), (thin[1], 0.1)] {
         let velocity = [Some(formula("0.6*cos(12*t)")), Some(formula("0.9*sin(12*t)"))];
         let mut pfem = water_and_air(unit_mesh(16), 0.513, solid(block(size, [0.47, 0.51], angle), 500.0, velocity));
-        let (start, dt) = (pfem.system.volumes[0], 0.01);
+        let (start, dt) = (pfem.system.contents.volumes[0], 0.01);
         for k in 0..60 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            let volumes = &pfem.system.volumes;
+            let volumes = &pfem.system.contents.volumes;
             assert!((volumes[0] / start - 1.0).abs() < 1e-12, "{k}: {}", volumes[0] / start - 1.0);
             assert!((volumes.iter().sum::<f64>() + cut_volume(&pfem) - 1.0).abs() < 1e-12);
             let shown = cut_volume(&pfem) / (size[0] * size[1]);

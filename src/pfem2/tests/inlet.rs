@@ -76,7 +76,11 @@ fn a_fluid_from_an_inlet_alone_comes_in_with_a_plane_front() {
         for k in 0..steps {
             pfem.step(f64::from(k) * dt, dt).unwrap();
             let t = f64::from(k + 1) * dt;
-            assert!((pfem.system.volumes[0] - 0.4 * t).abs() < 1e-12, "{k}: {}", pfem.system.volumes[0]);
+            assert!(
+                (pfem.system.contents.volumes[0] - 0.4 * t).abs() < 1e-12,
+                "{k}: {}",
+                pfem.system.contents.volumes[0]
+            );
             let line = &pfem.interface.outline.position;
             assert!(!line.is_empty(), "{k}: there is no line");
             away = line.iter().fold(away, |away, x| away.max((x[0] - t).abs()));

@@ -38,9 +38,10 @@ use crate::linalg::SolverOptions;
 use crate::material::Newtonian;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
+use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::{BoundarySetup, Condition};
 use crate::pfem2::equations::element::{Mass, Stabilisation};
-use crate::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
+use crate::pfem2::equations::system::{Physics, VelocityPressureSystem};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
@@ -144,7 +145,7 @@ fn march<const D: usize, const N: usize>(
     let still = vec![Vector::ZERO; system.velocity.len()];
     let (mut now, mut earlier) = (still.clone(), still);
     for k in 0..steps {
-        let step = TimeStep { t: k as f64 * dt, dt, theta: if k == 0 { 1.0 } else { theta } };
+        let step = ThetaStep { t: k as f64 * dt, dt, theta: if k == 0 { 1.0 } else { theta } };
         let share = if k == 0 { 0.0 } else { step.theta - 0.5 };
         let kick = |i: usize| now[i] * ((1.0 - step.theta - share) * dt) + earlier[i] * (share * dt);
         let mut convected: Vec<Vector<D>> = system.velocity.iter().enumerate().map(|(i, v)| *v + kick(i)).collect();

@@ -74,12 +74,12 @@ fn sharp_volumes_are_kept_in_steps_that_are_solved_again() {
     let mut pfem = Pfem2::new(setup);
     let dt = 0.02;
     pfem.begin(0.0, dt).unwrap();
-    let start = pfem.system.volumes.clone();
+    let start = pfem.system.contents.volumes.clone();
     let mut again = 0;
     for k in 0..40 {
         pfem.step(f64::from(k) * dt, dt).unwrap();
         again += usize::from(pfem.solids.as_ref().unwrap().last.solutions > 1);
-        let volumes = &pfem.system.volumes;
+        let volumes = &pfem.system.contents.volumes;
         let inside = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
         let lost = volumes[0] - start[0];
         let last = &pfem.solids.as_ref().unwrap().last;

@@ -204,7 +204,7 @@ fn long_steps_take_hardly_more_iterations_than_steps_that_resolve_waves() {
         let (dt, mut pfem) = (crossings * crossing, bar(4, 1e-3));
         let step = |k: u32| {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            pfem.system.outcome.iterations
+            pfem.system.linear.outcome.iterations
         };
         (0..4).map(step).sum::<usize>()
     });

@@ -143,7 +143,7 @@ fn backflow_brings_the_fluid_of_the_place_at_the_start() {
         pfem.step(f64::from(k) * 0.01, 0.01).unwrap();
         shift = shift.max(pfem.interface.shift.abs());
     }
-    let volume = pfem.system.volumes[0] / HEIGHT;
+    let volume = pfem.system.contents.volumes[0] / HEIGHT;
     assert!((volume - 0.2).abs() < 1e-3 && shift < 1e-3, "{volume} {shift}");
     for x in &pfem.interface.outline.position {
         let away = (x[0] - 0.5).abs().min((x[0] - 0.7).abs());
@@ -168,11 +168,11 @@ fn a_drop_with_surface_tension_leaves() {
     let mut setup = setup(mesh, sets, physics, |x| u8::from(phi(x) >= 0.0), |_| Vector([SPEED, 0.0]));
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, phi, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
-    let start = pfem.system.volumes[0];
+    let start = pfem.system.contents.volumes[0];
     let mut most = start;
     for k in 0..500 {
         pfem.step(f64::from(k) * 5e-4, 5e-4).unwrap();
-        let (volume, speed) = (pfem.system.volumes[0], fastest(&pfem.system.velocity));
+        let (volume, speed) = (pfem.system.contents.volumes[0], fastest(&pfem.system.velocity));
         assert!(volume <= most * (1.0 + 1e-9) && speed < 2.0, "{k}: {volume:e} of {start:e}, {speed} m/s");
         most = volume;
     }

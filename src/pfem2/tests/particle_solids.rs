@@ -7,12 +7,13 @@ use crate::mesh::{CellCut, Locator};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::phase_list::Phase;
 use crate::pfem2::interface::{CutGeometry, Medium, is_cut};
+use crate::pfem2::particle_solids::averages::ElementSums;
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::element::SplitPressure;
 use crate::pfem2::particle_solids::setup::{HeldMeshNodes, ParticleSolidSetup, RateLaw};
 use crate::pfem2::particle_solids::solids::GhostPressures;
-use crate::pfem2::particle_solids::stress::{SolvedFlow, deviatoric_rate, gradient};
-use crate::pfem2::particle_solids::sums::ElementSums;
+use crate::pfem2::particle_solids::strain_rate::{deviatoric_rate, gradient};
+use crate::pfem2::particle_solids::stress::SolvedFlow;
 use crate::pfem2::solid::setup::Plane;
 use crate::simulation::Solver;
 use std::collections::BTreeMap;
@@ -99,7 +100,7 @@ impl<const D: usize, const N: usize> Still<D, N> {
     /// A step from v̂ [m/s]: pressures of nodes and of cut elements, and stresses of elements, are those that the step before has left.
     fn step(&mut self, dt: f64, convected: &[Vector<D>]) {
         let phases = Phases { list: &self.list, fraction: &[], level: &self.level };
-        self.system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, convected).unwrap();
+        self.system.solve(ThetaStep { t: 0.0, dt, theta: 1.0 }, &phases, convected).unwrap();
         let (mesh, velocity) = (&self.system.mesh, &self.system.velocity);
         let rates: Vec<SymTensor> =
             (0..mesh.elements().len()).map(|e| deviatoric_rate(&gradient(mesh, e, velocity))).collect();
@@ -308,7 +309,7 @@ fn stress_turns_with_the_solid() {
     });
     let steps = 200;
     let dt = std::f64::consts::TAU / omega / f64::from(steps);
-    let step = TimeStep { t: 0.0, dt, theta: 1.0 };
+    let step = ThetaStep { t: 0.0, dt, theta: 1.0 };
     let solids = pfem.system.particle_solids.as_ref().unwrap();
     for _ in 0..steps {
         solids.rotate(&mut pfem.particles.columns, &pfem.system.mesh, &pfem.system.velocity, step.dt);
@@ -391,7 +392,7 @@ fn deflection_with_projection(n: usize, steps: usize) -> f64 {
         let mut solids = still.system.particle_solids.take().unwrap();
         solids.gather(&particles, &still.system.mesh, &phases, &still.system.pressure);
         still.system.particle_solids = Some(solids);
-        still.system.solve(TimeStep { t: 0.0, dt: 1.0, theta: 1.0 }, &phases, &zero).unwrap();
+        still.system.solve(ThetaStep { t: 0.0, dt: 1.0, theta: 1.0 }, &phases, &zero).unwrap();
         let VelocityPressureSystem { mesh, velocity, pressure, particle_solids, .. } = &still.system;
         let solved = SolvedFlow { dt: 1.0, velocity, pressure };
         particle_solids.as_ref().unwrap().update(&mut particles, mesh, &solved);
@@ -466,7 +467,7 @@ fn particles_of_a_solid_stay_as_they_are() {
         let own = (0..columns.len()).filter(|&p| identity[p] > 0.0);
         own.map(|p| (identity[p] as u64, (columns.position[p], columns.phase[p]))).collect::<BTreeMap<_, _>>()
     };
-    let (before, volume) = (places(&pfem), pfem.system.volumes[1]);
+    let (before, volume) = (places(&pfem), pfem.system.contents.volumes[1]);
     (0..30).for_each(|k| pfem.step(f64::from(k) * 0.01, 0.01).unwrap());
     let after = places(&pfem);
     assert!(before.keys().eq(after.keys()) && after.values().all(|(_, phase)| *phase == 1));
@@ -475,7 +476,11 @@ fn particles_of_a_solid_stay_as_they_are() {
     let moved = |(a, b): (&(Vector<2>, u8), &(Vector<2>, u8))| (a.0 - b.0).norm();
     let farthest = after.values().zip(before.values()).map(moved).fold(0.0, f64::max);
     assert!(farthest > 0.005, "{farthest}");
-    assert!((pfem.system.volumes[1] / volume - 1.0).abs() < 0.02, "{}", pfem.system.volumes[1] / volume);
+    assert!(
+        (pfem.system.contents.volumes[1] / volume - 1.0).abs() < 0.02,
+        "{}",
+        pfem.system.contents.volumes[1] / volume
+    );
 }
 
 /// An element of a solid that runs empty is filled by particles with the mean stress and pressure of those around.
@@ -522,7 +527,7 @@ fn added_mass_from_rest(stabilisation: Stabilisation, n: usize) -> f64 {
     let (dt, rest) = (0.1, vec![Vector::ZERO; still.level.len()]);
     let phases = Phases { list: &still.list, fraction: &[], level: &still.level };
     for _ in 0..12 {
-        still.system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, &rest).unwrap();
+        still.system.solve(ThetaStep { t: 0.0, dt, theta: 1.0 }, &phases, &rest).unwrap();
     }
     let system = &mut still.system;
     let mut solids = system.particle_solids.take().unwrap();

@@ -27,8 +27,8 @@ fn stirred<const D: usize, const N: usize>(
     let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still.clone(), options);
     let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
-    system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
-    assert!(!system.cuts.is_empty());
+    system.solve(ThetaStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
+    assert!(!system.contents.cuts.is_empty());
     fastest(&system.velocity) / (g * dt)
 }
 
@@ -279,7 +279,7 @@ fn the_work_of_gravity_is_the_loss_of_potential_energy() {
     let mut pfem = Pfem2::new(setup);
     let height = |pfem: &Pfem2<2, 3>| -> f64 {
         let VelocityPressureSystem { mesh, contents, .. } = &pfem.system;
-        let both = contents.iter().zip(mesh.elements());
+        let both = contents.elements.iter().zip(mesh.elements());
         both.flat_map(|(content, nodes)| (0..3).map(|k| content.mass[k] * mesh.nodes()[nodes[k] as usize][1])).sum()
     };
     let start = height(&pfem);

@@ -168,12 +168,15 @@ fn stirred_layers(block: bool, steps: u32) -> f64 {
     let mut pfem = Pfem2::new(setup);
     let dt = 0.01;
     pfem.begin(0.0, dt).unwrap();
-    let start = pfem.system.volumes.clone();
+    let start = pfem.system.contents.volumes.clone();
     let mut most = 0.0f64;
     for k in 0..steps {
         pfem.step(f64::from(k) * dt, dt).unwrap();
         most = most.max(fastest(&pfem.system.velocity));
-        assert!(pfem.system.volumes.iter().zip(&start).all(|(now, start)| (now / start - 1.0).abs() < 1e-12), "{k}");
+        assert!(
+            pfem.system.contents.volumes.iter().zip(&start).all(|(now, start)| (now / start - 1.0).abs() < 1e-12),
+            "{k}"
+        );
     }
     most / GRAVITY.sqrt()
 }

@@ -43,7 +43,7 @@ fn a_bingham_fluid_moves_as_a_plug_between_layers() {
     );
     for _ in 0..60 {
         let convected = system.velocity.clone();
-        system.solve(TimeStep { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&PhaseList::fluids(&[1.0])), &convected).unwrap();
+        system.solve(ThetaStep { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&PhaseList::fluids(&[1.0])), &convected).unwrap();
     }
     let exact = force * (0.5 - yield_stress / force).powi(2) / 2.0;
     for y in [0.35, 0.5, 0.65] {

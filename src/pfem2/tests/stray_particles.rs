@@ -58,5 +58,5 @@ fn air_deep_in_water_joins_it_and_a_film_at_the_surface_stays() {
     let counts = pfem.snapshot().counts;
     let joined = counts.iter().find(|(name, _)| name == "particles: joined").unwrap().1;
     assert_eq!(joined, drop as u64);
-    assert!((pfem.system.volumes[0] - 0.5).abs() < 1e-12);
+    assert!((pfem.system.contents.volumes[0] - 0.5).abs() < 1e-12);
 }

@@ -20,7 +20,7 @@ fn most_missing(volume: VolumeCorrection) -> f64 {
     let mut most = 0.0f64;
     for k in 0..80 {
         pfem.step(f64::from(k) * 0.01, 0.01).unwrap();
-        let missing = start.iter().zip(&pfem.system.volumes).map(|(start, now)| (now / start - 1.0).abs());
+        let missing = start.iter().zip(&pfem.system.contents.volumes).map(|(start, now)| (now / start - 1.0).abs());
         most = missing.fold(most, f64::max);
     }
     most

@@ -32,7 +32,7 @@ fn half_full([columns, rows]: [usize; 2], thinning: f64, (height, n): (f64, f64)
 /// The period of the horizontal momentum, from its first two zeros after the start.
 fn period(cells: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64 {
     let mut pfem = half_full(cells, thinning, (0.02, 1.0), densities);
-    let volume = pfem.system.volumes[0];
+    let volume = pfem.system.contents.volumes[0];
     let (mut before, mut zeros) = (0.0, Vec::new());
     for k in 0.. {
         let t = k as f64 * dt;
@@ -46,7 +46,7 @@ fn period(cells: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64
             break;
         }
     }
-    assert!((pfem.system.volumes[0] / volume - 1.0).abs() < 1e-9);
+    assert!((pfem.system.contents.volumes[0] / volume - 1.0).abs() < 1e-9);
     2.0 * (zeros[1] - zeros[0])
 }
 

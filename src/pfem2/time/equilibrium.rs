@@ -12,7 +12,7 @@
 use crate::error::{Place, StepError};
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::report::balance::SolidsAtStart;
 use crate::pfem2::report::notices::Notices;
@@ -159,6 +159,6 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 }
 
 /// A step of backward Euler of `dt` [s] that ends at time 0.
-fn at_start(dt: f64) -> TimeStep {
-    TimeStep { t: -dt, dt, theta: 1.0 }
+fn at_start(dt: f64) -> ThetaStep {
+    ThetaStep { t: -dt, dt, theta: 1.0 }
 }

@@ -8,7 +8,7 @@
 //! vⁿ itself is the velocity of the system; the paper's scheme takes nothing from here.
 
 use crate::math::Vector;
-use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::setup::Scheme;
 
 /// A step may be as many times longer than the one before: twice as long, from two to one between outputs, at most.
@@ -93,7 +93,7 @@ impl<const D: usize> TimeHistory<D> {
     }
 
     /// β₁ and β₂ (theory (F.8)).
-    pub fn explicit_shares(&self, step: TimeStep) -> [f64; 2] {
+    pub fn explicit_shares(&self, step: ThetaStep) -> [f64; 2] {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.extends_over(step.dt) => {
                 let earlier = (theta - 0.5) * step.dt / self.dt_previous;
@@ -104,20 +104,20 @@ impl<const D: usize> TimeHistory<D> {
     }
 
     /// The shares of a step in forces and powers at three times.
-    pub fn shares(&self, step: TimeStep) -> StepShares {
+    pub fn shares(&self, step: ThetaStep) -> StepShares {
         let [start, earlier] = self.explicit_shares(step);
         StepShares { dt: step.dt, end: step.theta, start, earlier }
     }
 
     /// The explicit share of the velocity increment at the nodes, Δt (β₁ aⁿ + β₂ aⁿ⁻¹) [m/s].
-    pub fn explicit_increment(&self, step: TimeStep) -> Vec<Vector<D>> {
+    pub fn explicit_increment(&self, step: ThetaStep) -> Vec<Vector<D>> {
         let [last, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
         let both = self.acceleration.iter().zip(&self.acceleration_previous);
         both.map(|(a, previous)| *a * last + *previous * earlier).collect()
     }
 
     /// Weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² in the convecting velocity v* (theory (F.15)).
-    pub fn convecting_weights(&self, step: TimeStep) -> [f64; 3] {
+    pub fn convecting_weights(&self, step: ThetaStep) -> [f64; 3] {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.extends_over(step.dt) => {
                 let part = if self.bends_over(step.dt) { second_difference_share(theta) } else { 0.0 };
@@ -128,7 +128,7 @@ impl<const D: usize> TimeHistory<D> {
     }
 
     /// The convecting velocity v* at the nodes, where vⁿ is `velocity` [m/s].
-    pub fn convecting_velocity(&self, step: TimeStep, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
+    pub fn convecting_velocity(&self, step: ThetaStep, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
         let weights = self.convecting_weights(step);
         if weights == [1.0, 0.0, 0.0] {
             return velocity.to_vec();
@@ -158,7 +158,7 @@ impl<const D: usize> TimeHistory<D> {
 
     /// Keeps the acceleration (v − v̂)/(θ Δt) of a step for the next one, from the velocity at its end and
     /// the convected one [m/s].
-    pub fn keep_acceleration(&mut self, step: TimeStep, velocity: &[Vector<D>], convected: &[Vector<D>]) {
+    pub fn keep_acceleration(&mut self, step: ThetaStep, velocity: &[Vector<D>], convected: &[Vector<D>]) {
         self.acceleration.clear();
         let both = velocity.iter().zip(convected);
         self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));

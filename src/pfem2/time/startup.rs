@@ -16,9 +16,10 @@ use crate::error::StepError;
 use crate::linalg::SolverState;
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::equations::element::Stabilisation;
 use crate::pfem2::equations::subscale::Subscales;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
@@ -83,13 +84,13 @@ impl<const D: usize> BeforePrediction<D> {
             subscales: pfem.system.subscales.clone(),
             ledger: pfem.balance.ledger,
             forces: pfem.forces.clone(),
-            solver: pfem.system.solver_state(),
-            preconditioners: pfem.system.preconditioners,
+            solver: pfem.system.linear.solver_state(),
+            preconditioners: pfem.system.linear.preconditioners,
         }
     }
 
     fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) {
-        (pfem.system.subscales, pfem.system.preconditioners) = (self.subscales, self.preconditioners);
+        (pfem.system.subscales, pfem.system.linear.preconditioners) = (self.subscales, self.preconditioners);
         (pfem.balance.ledger, pfem.forces) = (self.ledger, self.forces);
         pfem.system.restore_solver(&self.solver);
     }
@@ -98,7 +99,7 @@ impl<const D: usize> BeforePrediction<D> {
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Finds the pressure at the start, which is shown with it, by a prediction of the first step. A prediction that
     /// fails leaves the start as it is: the first step tells why.
-    pub(in crate::pfem2) fn predict_start(&mut self, step: TimeStep) {
+    pub(in crate::pfem2) fn predict_start(&mut self, step: ThetaStep) {
         if self.history.scheme != Scheme::BackwardEuler {
             if self.predict_first_step(step).is_ok() {
                 self.update_contents();
@@ -127,7 +128,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// # Errors
     /// As [`VelocityPressureSystem::solve`].
-    pub(in crate::pfem2) fn predict_first_step(&mut self, step: TimeStep) -> Result<(), StepError> {
+    pub(in crate::pfem2) fn predict_first_step(&mut self, step: ThetaStep) -> Result<(), StepError> {
         self.clear_history();
         let start = StartOfStep::of(self);
         let outcome = self.predictor_step(step);
@@ -142,7 +143,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// The stages of a step before its projection.
-    pub(super) fn transport(&mut self, step: TimeStep) {
+    pub(super) fn transport(&mut self, step: ThetaStep) {
         let flow = self.particles.convect(step, &self.history, &self.system, &self.interface);
         self.particles.reseed(&flow, &self.system, &self.interface);
         self.carry_along(&flow, step);
@@ -150,7 +151,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// A step of backward Euler.
-    fn predictor_step(&mut self, step: TimeStep) -> Result<(), StepError> {
+    fn predictor_step(&mut self, step: ThetaStep) -> Result<(), StepError> {
         self.predict_solids(step)?;
         self.transport(step);
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };

@@ -217,7 +217,7 @@ fn mesh_error<const D: usize, const N: usize>(system: &VelocityPressureSystem<D,
     };
     let means = parallel::collect(velocity.len(), 256, mean);
     let square = |e: usize| {
-        let mass: f64 = system.contents[e].mass.iter().sum();
+        let mass: f64 = system.contents.elements[e].mass.iter().sum();
         let jumps = mesh.elements()[e].iter().map(|&i| {
             let jump = gradients[e] - means[i as usize];
             jump.contract(&jump)
@@ -232,7 +232,7 @@ fn interface_error<const D: usize, const N: usize>(
     system: &VelocityPressureSystem<D, N>,
     off: impl Fn(usize) -> f64 + Sync,
 ) -> f64 {
-    let cuts = &system.cuts;
+    let cuts = &system.contents.cuts;
     let of = |cut: usize| {
         let e = cuts[cut].element as usize;
         let corners = system.mesh.elements()[e].iter();

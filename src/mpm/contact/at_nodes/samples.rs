@@ -10,8 +10,8 @@
 
 use crate::math::Vector;
 use crate::mpm::Grid;
+use crate::mpm::contact::facet::SheetFacet;
 use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
-use crate::mpm::contact::sheet::SheetFacet;
 use crate::parallel;
 use std::ops::Range;
 

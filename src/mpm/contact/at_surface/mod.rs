@@ -33,9 +33,8 @@ use super::impulse::{ContactTotals, Impulse};
 use super::method::{ContactMethod, StepContext};
 use super::particle_size::half_size;
 use super::partner::Partners;
-use super::sheet::{
-    ContactSheet, GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, SheetSurface, SideOfSheet,
-};
+use super::sheet::{ContactSheet, GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, SideOfSheet};
+use super::surface::SheetSurface;
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;

@@ -13,7 +13,7 @@
 //! support, a patch of contact would be wider by the support. With r = |Sᵀn| a particle is the ball that touched the
 //! body's surface at the start, deformed: a disc is round, not a staircase of particles, and stays so when it turns.
 
-use super::separation::separation;
+use super::separation::{LEAST_PIVOT, separation};
 use crate::math::dense::solve_semidefinite;
 use crate::math::{Tensor, Vector};
 
@@ -32,9 +32,6 @@ pub struct NodeParticle<const D: usize> {
 
 /// Round-off of positions at the edge of a particle's patch [cells].
 const PATCH_ROUND_OFF: f64 = 1e-9;
-
-/// Pivots below this part of the largest diagonal entry are round-off.
-pub(super) const LEAST_PIVOT: f64 = 1e-12;
 
 /// The plane between two bodies at a node.
 #[derive(Debug, Clone, Copy)]

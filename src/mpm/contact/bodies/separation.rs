@@ -9,9 +9,11 @@
 //! Against a flat face the normal is that of the face, for any shape of the other body: a disc or the corner of a block slides over it
 //! without resistance. Fits of a plane to whole clouds, and gradients of mass, are tilted there.
 
-use super::plane::LEAST_PIVOT;
 use crate::math::Vector;
 use crate::math::dense::solve_semidefinite;
+
+/// Pivots below this part of the largest diagonal entry are round-off.
+pub(super) const LEAST_PIVOT: f64 = 1e-12;
 
 /// Relative accuracy of |v|²: normals to 10⁻⁴.
 const ACCURACY: f64 = 1e-8;

@@ -21,8 +21,9 @@ mod squeeze;
 pub use squeeze::{NodePositions, Squeeze};
 
 use crate::math::Vector;
+use crate::mpm::contact::facet::SheetFacet;
 use crate::mpm::contact::impulse::Impulse;
-use crate::mpm::contact::sheet::{SheetFacet, SheetSurface};
+use crate::mpm::contact::surface::SheetSurface;
 use crate::mpm::wall::{RigidBoundary, SheetPush, Walls};
 use crate::mpm::{Friction, SubStep};
 use crate::parallel;

@@ -4,8 +4,9 @@ use super::REACH;
 use super::contact_point::RigidContact;
 use crate::math::Vector;
 use crate::mpm::SubStep;
+use crate::mpm::contact::facet::SheetFacet;
 use crate::mpm::contact::impulse::Impulse;
-use crate::mpm::contact::sheet::{SheetFacet, SheetSurface};
+use crate::mpm::contact::surface::SheetSurface;
 use crate::mpm::wall::RigidBoundary;
 
 /// A sheet counts as at least this thick where overlaps are undone [element sizes].

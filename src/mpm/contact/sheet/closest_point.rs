@@ -20,10 +20,10 @@
 //! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at
 //! the same positions, and the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
-use super::facet::{SheetFacet, free_edges};
 use crate::geometry::SpatialBins;
 use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
+use crate::mpm::contact::facet::{SheetFacet, free_edges};
 use crate::parallel::{self, Groups};
 use hashbrown::HashSet;
 

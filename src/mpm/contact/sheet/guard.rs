@@ -13,13 +13,13 @@
 //! Neither momentum nor energy changes; the work that the forces would have done along the displacement is booked (`shifting`).
 
 use super::closest_point::Nearest;
-use super::facet::SheetFacet;
 use crate::math::Vector;
 use crate::mpm::Body;
+use crate::mpm::contact::facet::SheetFacet;
 use crate::parallel;
 
 /// The least distance from a sheet over the particle's half size.
-const CLOSEST: f64 = 0.5;
+const LEAST_SHEET_DISTANCE: f64 = 0.5;
 
 /// Error of heights [cells] that are not those of the particle from the facets: beside folds as the nodes see them, and where the point on
 /// a skin stands for its particles.
@@ -88,7 +88,7 @@ pub struct GuardedParticle<const D: usize> {
 impl<const D: usize> GuardedParticle<D> {
     /// A particle of this half size [m] that is at `start` [m] at the start of the step.
     pub fn new(at: ParticleAtSheet, beside: SideOfSheet<D>, half_size: f64, start: Vector<D>) -> Self {
-        let least_distance = CLOSEST * half_size;
+        let least_distance = LEAST_SHEET_DISTANCE * half_size;
         let [particle, body, sheet] = [at.particle, at.body, at.sheet].map(|index| index as u32);
         let SideOfSheet { side, normal, height } = beside;
         Self {
@@ -219,7 +219,7 @@ fn beside_the_same_facet<const D: usize>(
     let point: Vector<D> = nodes.map(|(&k, weight)| position[k as usize] * weight).sum();
     // On the sheet itself the direction is that of its mean normal, into a wedge along its middle.
     let normal = nearest.foot(facets, point, cell)?.normal;
-    let height = (near.side * foot.distance).clamp(CLOSEST * near.least_distance, near.least_distance);
+    let height = (near.side * foot.distance).clamp(LEAST_SHEET_DISTANCE * near.least_distance, near.least_distance);
     Some(point + normal * (near.side * height))
 }
 

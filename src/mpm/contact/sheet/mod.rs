@@ -1,4 +1,4 @@
-//! A membrane as all methods of contact know it: its elements (`facet`), points and distances (`closest_point`, `signed_distance`), and
+//! A membrane as all methods of contact know it: points and distances (`closest_point`, `signed_distance`), and
 //! the sides of it on which particles are (`sides`, `guard`); theory D.3, D.12.
 //!
 //! ```text
@@ -7,24 +7,22 @@
 //! ```
 
 mod closest_point;
-mod facet;
 mod guard;
 mod sides;
 mod signed_distance;
-mod surface;
 
 pub use closest_point::{Foot, Nearest};
-pub use facet::SheetFacet;
 pub use guard::{
     GuardedParticle, HEIGHT_ERROR, MovedSheet, ParticleAtSheet, ParticleShift, SideOfSheet, keep_sides,
     particles_to_check,
 };
 pub use sides::{Label, Labels};
 pub use signed_distance::{FacetLocator, SheetPosition};
-pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
+use crate::mpm::contact::facet::SheetFacet;
 use crate::mpm::contact::rigid::{NodePositions, RigidContacts, Squeeze};
+use crate::mpm::contact::surface::{SheetSource, SheetSurface};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Friction, SubStep};
 use crate::parallel;

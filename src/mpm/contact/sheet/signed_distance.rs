@@ -4,10 +4,10 @@
 //! Exact but not cheap: contact asks only when a particle comes near a sheet for the first time, and when
 //! the distance that the nodes see (theory (D.5)) says that one has crossed.
 
-use super::facet::{SheetFacet, free_edges};
 use crate::geometry::SpatialBins;
 use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
+use crate::mpm::contact::facet::{SheetFacet, free_edges};
 use hashbrown::HashSet;
 
 /// The position of a point relative to a sheet.

@@ -10,7 +10,7 @@ pub struct Linear;
 impl Linear {
     /// The least weight, of the order of rounding. A particle on a plane of nodes takes its gradient from nodes to
     /// which it would give nothing: without mass they would have no velocity to take.
-    pub const LEAST: f64 = f64::EPSILON;
+    pub const LEAST_WEIGHT: f64 = f64::EPSILON;
 }
 
 impl ShapeFunction<2> for Linear {
@@ -30,7 +30,7 @@ impl ShapeFunction<2> for Linear {
 
     #[inline(always)]
     fn at(self, x: f64) -> AxisWeights<2> {
-        let f = (x - x.floor()).clamp(Self::LEAST, 1.0 - Self::LEAST);
+        let f = (x - x.floor()).clamp(Self::LEAST_WEIGHT, 1.0 - Self::LEAST_WEIGHT);
         AxisWeights { first: self.first(x), weight: [1.0 - f, f], slope: [-1.0, 1.0] }
     }
 
@@ -41,7 +41,7 @@ impl ShapeFunction<2> for Linear {
 
     #[inline(always)]
     fn weights<L: Lanes>(self, s: L, base: L) -> Weights<L, 2> {
-        let (one, f, least) = (L::splat(1.0), s.sub(base), Self::LEAST);
+        let (one, f, least) = (L::splat(1.0), s.sub(base), Self::LEAST_WEIGHT);
         let n = f.max(L::splat(least)).min(L::splat(1.0 - least));
         Weights::new(f, [one.sub(n), n], [L::splat(-1.0), one])
     }

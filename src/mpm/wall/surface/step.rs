@@ -4,10 +4,10 @@ use super::{ImpulseIterate, Law, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
 use crate::mpm::wall::gap::Bodies;
-use crate::mpm::wall::position_correction::CLOSEST;
+use crate::mpm::wall::position_correction::LEAST_OBSTACLE_DISTANCE;
 use crate::mpm::wall::solid::RigidBoundary;
 use crate::mpm::wall::{Pushes, Walls};
-use crate::mpm::{Grid, Node, Step, WallKind};
+use crate::mpm::{Grid, LeapfrogStep, Node, WallKind};
 use std::iter::zip;
 
 /// Allowance for the approach of bodies beyond that of their particles' velocities during a step [cells].
@@ -21,7 +21,7 @@ impl<const D: usize> Walls<D> {
         field: usize,
         nodes: &[Node<D>],
         bodies: &Bodies<'_, D>,
-        step: &Step,
+        step: &LeapfrogStep,
     ) {
         if !self.has_surfaces(field) {
             return;
@@ -72,13 +72,13 @@ impl<const D: usize> Walls<D> {
         grid: &Grid<D>,
         field: usize,
         bodies: &Bodies<'_, D>,
-        step: &Step,
+        step: &LeapfrogStep,
     ) -> Vec<SurfacePoint<D>> {
         let obstacles = self.surfaces(field);
         let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &RigidBoundary<'_, D>| {
             let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
             let (distance, normal) = obstacle.distance(x, Vector::ZERO);
-            let share = if self.boundaries[obstacle.number()].kind.binds() { CLOSEST } else { 1.0 };
+            let share = if self.boundaries[obstacle.number()].kind.binds() { LEAST_OBSTACLE_DISTANCE } else { 1.0 };
             let gap = distance - share * body.reach(p, normal, grid.cell);
             let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + APPROACH_ALLOWANCE * grid.cell;
             let boundary = obstacle.number() as u32;
@@ -110,7 +110,12 @@ impl<const D: usize> Walls<D> {
 
     /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns the largest impulse at a
     /// point so far [N s].
-    pub(in crate::mpm::wall) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
+    pub(in crate::mpm::wall) fn surface_trial(
+        &mut self,
+        field: usize,
+        nodes: &mut [Node<D>],
+        step: &LeapfrogStep,
+    ) -> f64 {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         let law = |state: &ImpulseIterate<'_, D>| {
             let allowed = if state.point.lasts { 0.0 } else { state.point.gap.max(0.0) / dt };
@@ -141,7 +146,12 @@ impl<const D: usize> Walls<D> {
 
     /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. If
     /// p̄ but not p⁻ might approach by that gap, the particles that are stopped here would get more than they lost.
-    pub(in crate::mpm::wall) fn bind_lasting_contacts(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    pub(in crate::mpm::wall) fn bind_lasting_contacts(
+        &mut self,
+        field: usize,
+        nodes: &mut [Node<D>],
+        step: &LeapfrogStep,
+    ) {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         if !surface.points.iter().any(|point| point.held) {
             return;
@@ -303,8 +313,8 @@ mod tests {
         ((mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn step() -> Step {
-        Step { t: 0.0, dt: 0.1, dt_before: 0.1, momentum_dt: 0.1 }
+    fn step() -> LeapfrogStep {
+        LeapfrogStep { t: 0.0, dt: 0.1, dt_before: 0.1, momentum_dt: 0.1 }
     }
 
     /// A body with a constant pressure that ends at the surface pushes its nodes by p N_I(x_c) per point: the surface balances all of

@@ -24,17 +24,16 @@ use crate::pfem2::solid::surface::{FacetFoot, SolidSurface};
 use std::collections::BTreeMap;
 
 /// Cosine of the angle of normals from which facets are one surface.
-const SAME_SURFACE: f64 = 0.8;
+const SAME_SURFACE_COSINE: f64 = 0.8;
 
-/// Product of normals below which two places of one solid face each other.
-const FACING: f64 = -0.5;
+/// Cosine of the angle between the normals of two places of one solid below which they face each other.
+const FACING_COSINE: f64 = -0.5;
 
-/// Part of the way from a facet to a place straight through the solid at the start, from which the solid lies between
-/// them.
-const THROUGH: f64 = -0.7;
+/// Cosine of the angle between the normal of a facet and the way from there to a place at the start, below which the solid lies between them.
+const THROUGH_COSINE: f64 = -0.7;
 
 /// Nearer than this part of the way at the start, places of one solid may touch.
-const NEARER: f64 = 0.5;
+const TOUCHABLE_SHARE: f64 = 0.5;
 
 /// Points per piece of a parallel loop.
 const PIECE: usize = 32;
@@ -101,8 +100,8 @@ struct ContactBody {
     friction: f64,
 }
 
-/// Solids in the mesh of the fluid, in a step.
-pub(super) struct ContactScene<'a, const D: usize, const N: usize> {
+/// What a search for contacts among solids reads in a step.
+pub(super) struct SearchContext<'a, const D: usize, const N: usize> {
     /// The solids.
     pub structure: &'a Structure<D>,
     /// The mesh of the fluid.
@@ -164,9 +163,9 @@ impl<const D: usize> SolidContacts<D> {
     /// A node has gone through the surface of another solid.
     pub(super) fn candidates<const N: usize>(
         &self,
-        scene: &ContactScene<'_, D, N>,
+        context: &SearchContext<'_, D, N>,
     ) -> Result<Vec<ContactCandidate<D>>, StepError> {
-        let ContactScene { structure, places, .. } = scene;
+        let SearchContext { structure, places, .. } = context;
         let normals = places.surface.nodal_normals();
         let all = parallel::collect(self.count(), PIECE, |id| {
             let solid = self.solid_of(id, structure);
@@ -180,9 +179,9 @@ impl<const D: usize> SolidContacts<D> {
                 let mut feet = places.surface.feet(other, query.x, query.reach);
                 if other == solid {
                     let normal = normals[query.shares[0].0 as usize];
-                    feet.retain(|foot| self.faces(scene, &query, normal, foot));
+                    feet.retain(|foot| self.faces(context, &query, normal, foot));
                 }
-                self.at_feet(&query, other, scene, &feet)
+                self.at_feet(&query, other, context, &feet)
             };
             let others = (0..self.bodies.len()).filter(|&other| self.may_touch(structure, solid, other));
             others.map(found).collect::<Result<Vec<_>, _>>()
@@ -248,10 +247,10 @@ impl<const D: usize> SolidContacts<D> {
         &self,
         query: &ContactQuery<D>,
         other: usize,
-        scene: &ContactScene<'_, D, N>,
+        context: &SearchContext<'_, D, N>,
         feet: &[FacetFoot<D>],
     ) -> Result<Vec<ContactCandidate<D>>, StepError> {
-        let (surface, mut found) = (scene.places.surface, Vec::<ContactCandidate<D>>::new());
+        let (surface, mut found) = (context.places.surface, Vec::<ContactCandidate<D>>::new());
         for foot in feet {
             let distance = surface.signed_distance(query.x, foot);
             // Edges count where they are nearest: elsewhere the surface goes on.
@@ -259,13 +258,13 @@ impl<const D: usize> SolidContacts<D> {
                 continue;
             }
             let normal = away(query.x, foot, distance).unwrap_or_else(|| surface.normal_at(foot));
-            if found.iter().any(|candidate| candidate.normal.dot(normal) > SAME_SURFACE) {
+            if found.iter().any(|candidate| candidate.normal.dot(normal) > SAME_SURFACE_COSINE) {
                 continue;
             }
             if distance < -self.largest {
-                return Err(passed(scene.structure, [query.solid, other], query.x, distance));
+                return Err(passed(context.structure, [query.solid, other], query.x, distance));
             }
-            found.push(self.candidate(query, other, scene, &NearPlace { foot, normal, distance }));
+            found.push(self.candidate(query, other, context, &NearPlace { foot, normal, distance }));
             if distance < 0.0 {
                 break;
             }
@@ -278,13 +277,13 @@ impl<const D: usize> SolidContacts<D> {
         &self,
         query: &ContactQuery<D>,
         other: usize,
-        scene: &ContactScene<'_, D, N>,
+        context: &SearchContext<'_, D, N>,
         place: &NearPlace<'_, D>,
     ) -> ContactCandidate<D> {
         let &ContactQuery { id, solid, x, area, law, .. } = query;
-        let weights = scene.places.surface.weights_at(place.foot);
+        let weights = context.places.surface.weights_at(place.foot);
         let (share, at_most) = match solid == other {
-            true => (0.5, NEARER * at_the_start(scene.structure, query.shares[0].0, &weights).norm()),
+            true => (0.5, TOUCHABLE_SHARE * at_the_start(context.structure, query.shares[0].0, &weights).norm()),
             false => (1.0, f64::INFINITY),
         };
         let [own, body] = [solid, other].map(|solid| self.bodies[solid]);
@@ -294,7 +293,7 @@ impl<const D: usize> SolidContacts<D> {
             shares: query.shares.iter().copied().chain(against).collect(),
             normal: place.normal,
             distance: place.distance,
-            gap: self.gap(scene.mesh, x, [solid, other]).min(at_most),
+            gap: self.gap(context.mesh, x, [solid, other]).min(at_most),
             area: share * area,
             law: law.combined(body.law),
             friction: (own.friction * body.friction).sqrt(),
@@ -337,18 +336,18 @@ impl<const D: usize> SolidContacts<D> {
     /// the start.
     fn faces<const N: usize>(
         &self,
-        scene: &ContactScene<'_, D, N>,
+        context: &SearchContext<'_, D, N>,
         query: &ContactQuery<D>,
         normal: Vector<D>,
         foot: &FacetFoot<D>,
     ) -> bool {
-        let (surface, node) = (scene.places.surface, query.shares[0].0);
-        if surface.holds(foot, node) || surface.normal_at(foot).dot(normal) > FACING {
+        let (surface, node) = (context.places.surface, query.shares[0].0);
+        if surface.holds(foot, node) || surface.normal_at(foot).dot(normal) > FACING_COSINE {
             return false;
         }
         let weights = surface.weights_at(foot);
-        let away = at_the_start(scene.structure, node, &weights);
-        let through = away.dot(self.reference.normal_at(foot)) < THROUGH * away.norm();
+        let away = at_the_start(context.structure, node, &weights);
+        let through = away.dot(self.reference.normal_at(foot)) < THROUGH_COSINE * away.norm();
         !through && foot.distance < away.norm() && surface.signed_distance(query.x, foot) > -self.largest
     }
 }
@@ -362,9 +361,9 @@ fn at_the_start<const D: usize>(structure: &Structure<D>, node: u32, weights: &[
 /// Direction away from the surface, where a place is far enough from it to tell.
 fn away<const D: usize>(x: Vector<D>, foot: &FacetFoot<D>, distance: f64) -> Option<Vector<D>> {
     /// Distance over the size of what is told apart in double precision, with some digits left.
-    const NEAREST: f64 = 1e-9;
+    const LEAST_RELATIVE_DISTANCE: f64 = 1e-9;
     let way = (x - foot.position) * distance.signum();
-    way.normalized().filter(|_| foot.is_inside() || distance > NEAREST * x.norm())
+    way.normalized().filter(|_| foot.is_inside() || distance > LEAST_RELATIVE_DISTANCE * x.norm())
 }
 
 /// A node has gone through a surface.

@@ -48,8 +48,8 @@ const LEVEL: f64 = 1e-3;
 /// Part of its distance from the gap by which a rigid solid that rests comes nearer to it per step.
 const RETURN: f64 = 0.01;
 
-/// Product of two normals of one point from which they are those of the same contact.
-const SAME: f64 = 0.8;
+/// Cosine of the angle between two normals of one point from which they are those of the same contact.
+const SAME_CONTACT_COSINE: f64 = 0.8;
 
 /// Displacement per step, over the gap, by which places that stick may creep.
 const CREEP: f64 = 1e-4;
@@ -60,19 +60,23 @@ pub enum ContactLaw {
     /// Pressure per depth of an elastic solid, 10 (λ + 2 μ)/h [Pa/m].
     Elastic(f64),
     /// A rigid one is stopped by an impulse.
-    Rigid {
-        /// Mass [kg].
-        mass: f64,
-        /// Coefficient of restitution.
-        restitution: f64,
-    },
+    Rigid(RigidImpact),
+}
+
+/// Impact of a rigid solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidImpact {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
 }
 
 impl ContactLaw {
     /// The law of a solid with this `mass` [kg] and facets of this `size` [m].
     pub fn new<const D: usize>(structure: &Structure<D>, setup: &SolidSetup<D>, mass: f64, size: f64) -> Self {
         match setup.law.is_rigid() {
-            true => Self::Rigid { mass, restitution: setup.restitution },
+            true => Self::Rigid(RigidImpact { mass, restitution: setup.restitution }),
             false => Self::Elastic(STIFFNESS * structure.wave_modulus(setup) / size),
         }
     }
@@ -83,8 +87,9 @@ impl ContactLaw {
     pub fn combined(self, other: Self) -> Self {
         match (self, other) {
             (Self::Elastic(a), Self::Elastic(b)) => Self::Elastic(a.min(b)),
-            (Self::Rigid { mass: a, restitution: e }, Self::Rigid { mass: b, restitution: f }) => {
-                Self::Rigid { mass: a.max(b), restitution: (e * f).sqrt() }
+            (Self::Rigid(a), Self::Rigid(b)) => {
+                let restitution = (a.restitution * b.restitution).sqrt();
+                Self::Rigid(RigidImpact { mass: a.mass.max(b.mass), restitution })
             }
             (elastic @ Self::Elastic(_), _) | (_, elastic) => elastic,
         }
@@ -117,7 +122,7 @@ impl<const D: usize> ContactCandidate<D> {
     pub(in crate::pfem2::solid) fn depth(&self) -> f64 {
         match self.law {
             ContactLaw::Elastic(_) => (self.gap - self.distance).max(0.0) / self.gap.max(f64::MIN_POSITIVE),
-            ContactLaw::Rigid { .. } => 0.0,
+            ContactLaw::Rigid(_) => 0.0,
         }
     }
 
@@ -174,7 +179,7 @@ pub struct Contact<const D: usize> {
     /// Number of the point.
     pub point: usize,
     /// True if its force is in the equations: a place near something touches nothing where it would pull.
-    pub acts: bool,
+    pub is_active: bool,
     shares: Vec<(u32, f64)>,
     normal: Vector<D>,
     /// A k g of elastic solids: the force that would close the gap [N].
@@ -218,7 +223,7 @@ impl<const D: usize> Contact<D> {
     ) -> Self {
         match candidate.law {
             ContactLaw::Elastic(pressure) => Self::elastic(pressure, last, candidate, step),
-            ContactLaw::Rigid { mass, restitution } => Self::rigid([mass, restitution], candidate, least, step),
+            ContactLaw::Rigid(impact) => Self::rigid(impact, candidate, least, step),
         }
     }
 
@@ -231,7 +236,7 @@ impl<const D: usize> Contact<D> {
         let stiffness = pressure * area;
         Self {
             point,
-            acts: distance < gap || pushed > 0.0 && !step.anew,
+            is_active: distance < gap || pushed > 0.0 && !step.anew,
             normal,
             closing: stiffness * gap,
             push: stiffness * (gap - distance - normal.dot(relative(&shares, step.displacement_offset))),
@@ -244,7 +249,7 @@ impl<const D: usize> Contact<D> {
     }
 
     fn rigid(
-        [mass, restitution]: [f64; 2],
+        RigidImpact { mass, restitution }: RigidImpact,
         candidate: ContactCandidate<D>,
         least: LeastDistances,
         step: &ContactStep<'_, D>,
@@ -267,7 +272,7 @@ impl<const D: usize> Contact<D> {
         let impulse = Some(RigidImpulse { before, target_velocity, friction, slowest, share, is_collision });
         Self {
             point,
-            acts: true,
+            is_active: true,
             normal,
             closing: 0.0,
             push: resistance * target_velocity,
@@ -281,7 +286,7 @@ impl<const D: usize> Contact<D> {
 
     /// True if it acts where the candidate is.
     pub(in crate::pfem2::solid) fn is_at(&self, candidate: &ContactCandidate<D>) -> bool {
-        self.acts && self.point == candidate.point && self.normal.dot(candidate.normal) > SAME
+        self.is_active && self.point == candidate.point && self.normal.dot(candidate.normal) > SAME_CONTACT_COSINE
     }
 
     /// Normal force on the point of an elastic solid at the velocities of nodes at the end of the step [m/s]; negative

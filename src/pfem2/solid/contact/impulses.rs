@@ -21,8 +21,8 @@ const PASSES: usize = 50;
 /// Change of c in a pass, relative to it, that is none.
 const SETTLED: f64 = 1e-3;
 
-/// Product of normals from which places of two solids count as one contact.
-const SAME_CONTACT: f64 = 0.8;
+/// Cosine of the angle between normals from which places of two solids count as one contact.
+const SAME_CONTACT_COSINE: f64 = 0.8;
 
 impl<const D: usize> Structure<D> {
     /// The least distances that go with each candidate: over those of the same two solids, or of a solid and walls,
@@ -45,7 +45,7 @@ impl<const D: usize> Structure<D> {
         let all: Vec<LeastDistances> = candidates.iter().map(distances).collect();
         let least = |k: usize| {
             let normal = candidates[k].normal;
-            let is_same = |&n: &usize| bodies[n] == bodies[k] && candidates[n].normal.dot(normal) > SAME_CONTACT;
+            let is_same = |&n: &usize| bodies[n] == bodies[k] && candidates[n].normal.dot(normal) > SAME_CONTACT_COSINE;
             let same = (0..candidates.len()).filter(|_| bodies[k].is_some()).filter(is_same);
             same.fold(LeastDistances::NONE, |least, n| least.min(all[n]))
         };

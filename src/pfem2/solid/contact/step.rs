@@ -1,7 +1,7 @@
 //! Contacts of the solids in a step: those that push at its end, and impacts that it doesn't resolve (theory J.8, J.9,
 //! J.11).
 
-use super::between_solids::{ContactScene, SolidContacts};
+use super::between_solids::{SearchContext, SolidContacts};
 use super::force::{Contact, ContactCandidate, ContactStep, LeastDistances};
 use super::impulses::{RigidEquations, pushing};
 use super::places::ContactPlaces;
@@ -11,8 +11,8 @@ use crate::error::StepError;
 use crate::linalg::SparseFactor;
 use crate::math::Vector;
 use crate::mesh::Mesh;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
-use crate::pfem2::equations::system::TimeStep;
 use crate::pfem2::solid::equations::SolidEquations;
 use crate::pfem2::solid::equations::independent::SolutionVelocities;
 use crate::pfem2::solid::setup::Inertia;
@@ -90,7 +90,7 @@ impl<const D: usize> ContactLists<D> {
 
     /// Contacts with a force.
     fn acting(&self) -> impl Iterator<Item = &Contact<D>> {
-        self.iter().filter(|contact| contact.acts)
+        self.iter().filter(|contact| contact.is_active)
     }
 
     /// Contacts of elastic solids.
@@ -127,7 +127,7 @@ impl<const D: usize> StepContacts<D> {
     /// Solids go through each other.
     pub fn find<const N: usize>(
         &mut self,
-        step: TimeStep,
+        step: ThetaStep,
         structure: &Structure<D>,
         mesh: &Mesh<D, N>,
         about: &ContactPrediction<'_, D>,
@@ -149,7 +149,7 @@ impl<const D: usize> StepContacts<D> {
         };
         let places = ContactPlaces { start: &start, predicted: &predicted, surface };
         let with_walls = self.walls.candidates(&places);
-        let among_solids = self.solids.candidates(&ContactScene { structure, mesh, places })?;
+        let among_solids = self.solids.candidates(&SearchContext { structure, mesh, places })?;
         let made = |candidates: Vec<ContactCandidate<D>>, last: &[Vector<D>]| -> Vec<Contact<D>> {
             let least = structure.least_distances(&candidates, &contact_step);
             let contact = |(candidate, least): (ContactCandidate<D>, LeastDistances)| {
@@ -179,26 +179,26 @@ impl<const D: usize> StepContacts<D> {
     /// Lets other contacts of elastic solids act in these equations of the step than in a solution; returns false if
     /// there are none.
     pub fn change(&mut self, solution: &SolutionVelocities<D>, equations: &mut SolidEquations) -> bool {
-        let before = self.acts();
+        let before = self.active();
         self.search.take_solution(&mut self.contacts.elastic(), &solution.nodal);
-        let pushing = self.acts();
+        let pushing = self.active();
         if self.search.solutions() <= SEARCHES {
-            self.let_act(&before);
+            self.set_active(&before);
             if self.search_without_fluid(solution, equations).is_none() {
-                self.let_act(&pushing);
+                self.set_active(&pushing);
             }
         }
         self.replace(equations);
-        self.acts() != before
+        self.active() != before
     }
 
     /// True for each contact that acts.
-    fn acts(&self) -> Vec<bool> {
-        self.contacts.iter().map(|contact| contact.acts).collect()
+    fn active(&self) -> Vec<bool> {
+        self.contacts.iter().map(|contact| contact.is_active).collect()
     }
 
-    fn let_act(&mut self, acts: &[bool]) {
-        self.contacts.iter_mut().zip(acts).for_each(|(contact, acts)| contact.acts = *acts);
+    fn set_active(&mut self, active: &[bool]) {
+        self.contacts.iter_mut().zip(active).for_each(|(contact, active)| contact.is_active = *active);
     }
 
     /// Lets those contacts act that push if the fluid goes on to push as in a solution; `None` where the solids have no
@@ -241,7 +241,7 @@ impl<const D: usize> StepContacts<D> {
     /// Takes the impulses of contacts out of the accelerations at the end of a step, and lets solids that collided
     /// begin anew: they have no share in later steps (theory (J.16a)). Returns their change of the power of supports
     /// [W].
-    pub fn end_impulses(&self, step: TimeStep, structure: &mut Structure<D>, prediction: &Prediction<D>) -> f64 {
+    pub fn end_impulses(&self, step: ThetaStep, structure: &mut Structure<D>, prediction: &Prediction<D>) -> f64 {
         let all = || self.contacts.acting();
         let velocity = |a: usize| structure.state.velocity[a];
         let excess = all().map(|contact| contact.excess_power(step.theta, velocity)).sum();
@@ -257,7 +257,7 @@ impl<const D: usize> StepContacts<D> {
         let ContactLists { walls, solids } = &self.contacts;
         for (contacts, forces) in [(walls, &mut forces.walls), (solids, &mut forces.solids)] {
             forces.fill(Vector::ZERO);
-            for contact in contacts.iter().filter(|contact| contact.acts) {
+            for contact in contacts.iter().filter(|contact| contact.is_active) {
                 forces[contact.point] += contact.normal_force(|node| velocity[node]);
             }
         }
@@ -290,7 +290,7 @@ impl<const D: usize> StepContacts<D> {
         let surface = SolidSurface::new(&structure.meshes(), end);
         let places = ContactPlaces { start: &start, predicted: end, surface: &surface };
         let with_walls = self.walls.candidates(&places);
-        let among_solids = self.solids.candidates(&ContactScene { structure, mesh, places })?;
+        let among_solids = self.solids.candidates(&SearchContext { structure, mesh, places })?;
         let largest = |candidates: &[ContactCandidate<D>], contacts: &[Contact<D>]| {
             let free = candidates.iter().filter(|place| !contacts.iter().any(|contact| contact.is_at(place)));
             free.map(ContactCandidate::depth).fold(0.0, f64::max)
@@ -302,7 +302,7 @@ impl<const D: usize> StepContacts<D> {
     /// True if contacts that begin in a step carry most of what presses on a solid, and stop more of it than the step
     /// resolves: with forces in part those of its start, a solid at the gap at its end would have a velocity away from
     /// it that nothing gave it (theory J.8).
-    pub fn has_unresolved_impact(&self, step: TimeStep, structure: &Structure<D>, velocity: &[Vector<D>]) -> bool {
+    pub fn has_unresolved_impact(&self, step: ThetaStep, structure: &Structure<D>, velocity: &[Vector<D>]) -> bool {
         let mut solids = vec![Impact::default(); structure.setups().len()];
         let fastest =
             |solid: usize| velocity[structure.nodes_of(solid)].iter().fold(0.0, |most: f64, v| most.max(v.norm()));

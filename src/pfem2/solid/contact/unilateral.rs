@@ -43,7 +43,7 @@ pub(in crate::pfem2::solid) struct PushSearch {
 fn solution<const D: usize>(contacts: &[&mut Contact<D>], velocity: &[Vector<D>]) -> Vec<PushIterate> {
     let each = contacts.iter().map(|contact| {
         let force = contact.elastic_push(|node| velocity[node]);
-        PushIterate { force, given: if contact.acts { force } else { 0.0 } }
+        PushIterate { force, given: if contact.is_active { force } else { 0.0 } }
     });
     each.collect()
 }
@@ -70,9 +70,9 @@ impl PushSearch {
         }
         let mut changed = false;
         for (contact, own) in contacts.iter_mut().zip(&self.iterate) {
-            let acts = own.force > 0.0;
-            changed |= acts != contact.acts;
-            contact.acts = acts;
+            let is_active = own.force > 0.0;
+            changed |= is_active != contact.is_active;
+            contact.is_active = is_active;
         }
         changed
     }
@@ -107,7 +107,7 @@ pub(in crate::pfem2::solid) fn is_settled<const D: usize>(
 ) -> bool {
     let found = solution(contacts, velocity);
     let most = found.iter().fold(0.0, |most: f64, contact| most.max(contact.given));
-    contacts.iter().zip(&found).all(|(contact, found)| match contact.acts {
+    contacts.iter().zip(&found).all(|(contact, found)| match contact.is_active {
         true => found.force >= -PULL * most,
         false => contact.depth(found.force) <= DEPTH,
     })
@@ -164,7 +164,7 @@ mod tests {
         let mut search = PushSearch::default();
         for solutions in 1..100 {
             let (mut entries, mut rhs) = (bending(count), vec![-load; count]);
-            for contact in contacts.iter().filter(|contact| contact.acts) {
+            for contact in contacts.iter().filter(|contact| contact.is_active) {
                 let node = contact.point;
                 entries.push((node as u32, node as u32, contact.resistance()));
                 rhs[node] += contact.elastic_push(|_| Vector::ZERO);
@@ -190,9 +190,9 @@ mod tests {
             let mut contacts = contacts(count, height);
             let (found, solutions) = land(count, load, &mut contacts);
             assert!(solutions <= count, "{span}: {solutions}");
-            let first = contacts.iter().position(|contact| contact.acts).unwrap() as f64;
+            let first = contacts.iter().position(|contact| contact.is_active).unwrap() as f64;
             assert!((first + 1.0 - span).abs() < 2.0, "{span}: {first}");
-            let pushes = contacts.iter().filter(|contact| contact.acts);
+            let pushes = contacts.iter().filter(|contact| contact.is_active);
             let forces: Vec<f64> = pushes.map(|contact| contact.elastic_push(|k| Vector([0.0, found[k]]))).collect();
             assert!(forces.iter().all(|force| *force > 0.0), "{span}: {forces:?}");
             let rest = count as f64 + 0.5 - 2.0 / 3.0 * span;

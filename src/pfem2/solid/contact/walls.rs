@@ -19,10 +19,10 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 /// Cosine of the angle of normals from which facets count as one wall.
-const SAME_WALL: f64 = 0.8;
+const SAME_WALL_COSINE: f64 = 0.8;
 
 /// Cosine of the angle to the normal up to which a place is straight over a facet.
-const STRAIGHT: f64 = 1.0 - 1e-9;
+const STRAIGHT_COSINE: f64 = 1.0 - 1e-9;
 
 /// Distance from a wall, over its gap, that is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -33,7 +33,7 @@ const BESIDE: f64 = 1.5;
 
 /// The walls of a mesh.
 #[derive(Debug)]
-pub struct Walls<const D: usize> {
+pub struct MeshWalls<const D: usize> {
     facets: Vec<WallFacet<D>>,
     boxes: RTree<GeomWithData<Rectangle<[f64; D]>, u32>>,
     /// The largest gap [m].
@@ -93,12 +93,12 @@ struct RigidFacet {
 /// Contact of the solids of a run with walls.
 #[derive(Debug)]
 pub struct WallContacts<const D: usize> {
-    walls: Walls<D>,
+    walls: MeshWalls<D>,
     nodes: Vec<SurfaceNode>,
     rigid_facets: Vec<RigidFacet>,
 }
 
-impl<const D: usize> Walls<D> {
+impl<const D: usize> MeshWalls<D> {
     /// The walls and slip walls of a mesh.
     pub fn new<const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let is_wall = |kind: &BoundaryKind| matches!(kind, BoundaryKind::Wall | BoundaryKind::Slip);
@@ -127,7 +127,7 @@ impl<const D: usize> Walls<D> {
         Self { facets, boxes, largest }
     }
 
-    /// Walls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall.
+    /// MeshWalls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall.
     /// Edges count where they are nearest: others belong to walls that go on there, or are the far side of a corner.
     fn near(&self, x: Vector<D>, reach: f64) -> Vec<NearWall<D>> {
         if !x.is_finite() {
@@ -144,7 +144,7 @@ impl<const D: usize> Walls<D> {
             if !walls.is_empty() && !wall.over {
                 continue;
             }
-            if walls.iter().all(|other| other.normal.dot(wall.normal) < SAME_WALL) {
+            if walls.iter().all(|other| other.normal.dot(wall.normal) < SAME_WALL_COSINE) {
                 walls.push(wall);
             }
         }
@@ -161,7 +161,7 @@ impl<const D: usize> WallFacet<D> {
         let away = if away.norm() > ROUNDING * self.gap { away } else { Vector::ZERO };
         let (distance, gap) = (away.norm(), self.gap);
         let side = away.dot(self.normal);
-        let over = side.abs() >= STRAIGHT * distance;
+        let over = side.abs() >= STRAIGHT_COSINE * distance;
         // Beside the facet the wall ends in an edge or goes on in another facet.
         match away.normalized() {
             Some(direction) if side > 0.0 => NearWall { distance, normal: direction, gap, over },
@@ -177,7 +177,7 @@ impl<const D: usize> WallContacts<D> {
     /// belong to its support and touch nothing; those of others keep the distance that they start with. Next to
     /// a support at the wall nodes keep half of it: a solid that is compressed there brings them nearer.
     pub fn new<const N: usize>(structure: &Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
-        let walls = Walls::new(mesh, boundary);
+        let walls = MeshWalls::new(mesh, boundary);
         let mut nodes = Vec::new();
         for (solid, setup) in structure.setups().iter().enumerate() {
             let (mesh, first) = structure.meshes()[solid];
@@ -236,7 +236,7 @@ impl<const D: usize> WallContacts<D> {
         let reach = REACH * self.walls.largest + (x - places.start[middle as usize]).norm();
         for around in self.walls.near(x, reach + size) {
             let Some((lowest, shares)) = places.surface.lowest(facet, around.normal) else { continue };
-            let same = |wall: &NearWall<D>| wall.normal.dot(around.normal) > SAME_WALL;
+            let same = |wall: &NearWall<D>| wall.normal.dot(around.normal) > SAME_WALL_COSINE;
             let Some(wall) = self.walls.near(lowest, reach).into_iter().find(same) else { continue };
             candidates.push(ContactCandidate {
                 point: places.predicted.len() + facet as usize,
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
 
     /// A square without its lower right quarter, whose corner stands out into the fluid at (½, ½).
-    fn step() -> Walls<2> {
+    fn step() -> MeshWalls<2> {
         let block = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [8, 8]).unwrap();
         let kept = |e: &usize| block.center(*e)[0] < 0.5 || block.center(*e)[1] > 0.5;
         let elements: Vec<[u32; 3]> = (0..block.elements().len()).filter(kept).map(|e| block.elements()[e]).collect();
@@ -286,7 +286,7 @@ mod tests {
         let nodes = used.iter().map(|&node| block.nodes()[node as usize]).collect();
         let mesh = Mesh::new(nodes, elements.into_iter().map(|nodes| nodes.map(number)).collect()).unwrap();
         let boundary = Boundary::new(&mesh, Vec::new(), Vector([0.0, -1.0]));
-        Walls::new(&mesh, &boundary)
+        MeshWalls::new(&mesh, &boundary)
     }
 
     /// Over a wall that ends at a corner a place meets this wall alone, before the corner the corner, and in a corner

@@ -15,7 +15,7 @@
 //! that the solid takes; in space those of viscosity and inertia with their means, theory (J.9d). What flows through the surface beside that between cut points is added to D, theory (J.9a)
 //! (`trace/mod.rs`). The pressure of two fluids is enriched (`enriched.rs`).
 
-use super::element::{CoupledElement, Follows, Unknown, VertexVelocities};
+use super::element::{CoupledElement, Unknown, VelocityMap, VertexVelocities};
 use super::enriched::enrich;
 use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
 use super::trace::TracePoint;
@@ -54,16 +54,16 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     ) -> Self {
         let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
         let mut element = Self::empty(cut.element, &own, trace);
-        let follows = element.follows(&cut.nodes, &own);
+        let maps = element.velocity_maps(&cut.nodes, &own);
         let of = |unknown: Unknown| match unknown {
             Unknown::Node(i) => fluid.drive.convected[i],
             Unknown::Solid(a) => velocity_hat[element.solid[a] as usize],
         };
-        let hat = |vertex: &Follows<D>| vertex.iter().map(|&(unknown, p)| p.apply(of(unknown))).sum();
-        let hats: Vec<Vector<D>> = follows.iter().map(hat).collect();
+        let hat = |vertex: &VelocityMap<D>| vertex.iter().map(|&(unknown, p)| p.apply(of(unknown))).sum();
+        let hats: Vec<Vector<D>> = maps.iter().map(hat).collect();
         let positions = own.iter().map(|point| point.position).collect();
-        let acts = element.acts(&follows, trace);
-        let velocities = VertexVelocities { follows, acts, hats, positions };
+        let force_shares = element.force_shares(&maps, trace);
+        let velocities = VertexVelocities { maps, force_shares, hats, positions };
         let parent = mesh.simplex(cut.element as usize);
         element.content.tau = fluid.tau;
         let parts = parts(mesh, cut, &own, &fluid.level);
@@ -73,7 +73,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             element.pull(mesh, part, fluid, &velocities);
         }
         match fluid.enrichment {
-            Enrichment::None => element.add_trace(trace, &velocities.follows),
+            Enrichment::None => element.add_trace(trace, &velocities.maps),
             _ => enrich(&mut element, &parent.gradient, &parts, fluid, equations, &velocities),
         }
         element
@@ -111,7 +111,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let x = part.shapes.map(|shape| shape.iter().zip(&corners).map(|(&n, &x)| x * n).sum());
         let level = at_corners(&part.shapes, &fluid.level);
         let forces = surface_tension::forces(&level, &x, &part.simplex, fluid.tension, 0);
-        part.vertices.iter().zip(forces).for_each(|(&vertex, force)| self.add_load(&velocities.follows[vertex], force));
+        part.vertices.iter().zip(forces).for_each(|(&vertex, force)| self.add_load(&velocities.maps[vertex], force));
         self.energy += fluid.tension * surface_tension::area(&level, &x);
     }
 
@@ -142,7 +142,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        VertexVelocities { follows, acts, hats, .. }: &VertexVelocities<D>,
+        VertexVelocities { maps, force_shares, hats, .. }: &VertexVelocities<D>,
     ) {
         let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
         let force = fluid.drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
@@ -150,7 +150,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let stiffness = viscosity * volume;
         let masses = masses(equations.mass, part, fluid);
         for i in 0..N {
-            let row = &acts[part.vertices[i]];
+            let row = &force_shares[part.vertices[i]];
             let mut load = Vector::ZERO;
             for j in 0..N {
                 let mass = masses[i][j];
@@ -160,7 +160,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                     let inertia = if r == s { stiffness * both + mass / delta } else { 0.0 };
                     inertia + stiffness * g[i][s] * g[j][r]
                 });
-                self.add_velocities(row, &follows[part.vertices[j]], &block);
+                self.add_velocities(row, &maps[part.vertices[j]], &block);
             }
             self.add_load(row, load);
         }
@@ -179,7 +179,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         for (gradient, &vertex) in g.iter().zip(&part.vertices) {
             for k in 0..N {
                 let pressure = *gradient * -(volume * center[k]);
-                let row = &velocities.follows[vertex];
+                let row = &velocities.maps[vertex];
                 self.add_pressure(row, k, pressure, pressure - parent[k] * residual);
             }
         }
@@ -190,7 +190,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         for facet in wall_facets(part, fluid.walls) {
             for (vertex, share) in facet.shares(part, |vertex| velocities.positions[vertex - N]) {
                 for (k, &area) in share.area.iter().enumerate() {
-                    self.add_pressure(&velocities.follows[vertex], k, area, area);
+                    self.add_pressure(&velocities.maps[vertex], k, area, area);
                 }
                 self.on_walls.push(share);
             }
@@ -222,9 +222,9 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// to the rows of pressures, and the transpose to those of velocities. The velocity with which the fluid glides
     /// along chords is no part of v_h: an even pressure doesn't push it through them, but would along a surface from
     /// which they turn away.
-    fn add_trace(&mut self, trace: &[TracePoint<D, N>], follows: &[Follows<D>]) {
+    fn add_trace(&mut self, trace: &[TracePoint<D, N>], maps: &[VelocityMap<D>]) {
         // Σ φ_c N_k n dA of each cut point, since many points have the same.
-        let mut chords = vec![[Vector::ZERO; N]; follows.len() - N];
+        let mut chords = vec![[Vector::ZERO; N]; maps.len() - N];
         for point in trace {
             for &(c, share) in &point.chord {
                 (0..N).for_each(|k| chords[c][k] += point.area * (point.shape[k] * share));
@@ -240,7 +240,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                 }
             }
         }
-        for (vertex, chord) in follows[N..].iter().zip(chords) {
+        for (vertex, chord) in maps[N..].iter().zip(chords) {
             let own = vertex.iter().copied().filter(|(unknown, _)| matches!(unknown, Unknown::Solid(_))).collect();
             (0..N).filter(|k| chord[*k] != Vector::ZERO).for_each(|k| self.add_pressure(&own, k, -chord[k], -chord[k]));
         }

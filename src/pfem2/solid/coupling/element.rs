@@ -47,14 +47,14 @@ pub(in crate::pfem2::solid) enum Unknown {
 }
 
 /// Velocity of a vertex by the unknowns that it depends on: v = Σ P v_k.
-pub(in crate::pfem2::solid) type Follows<const D: usize> = Vec<(Unknown, Tensor<D>)>;
+pub(in crate::pfem2::solid) type VelocityMap<const D: usize> = Vec<(Unknown, Tensor<D>)>;
 
 /// The velocities of the vertices of an element.
 pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
-    /// Velocity of each vertex by the unknowns.
-    pub follows: Vec<Follows<D>>,
+    /// Velocity of each vertex by the unknowns that it follows.
+    pub maps: Vec<VelocityMap<D>>,
     /// The unknowns whose rows have the viscous and inertial forces on each vertex, with the shares that they take.
-    pub acts: Vec<Follows<D>>,
+    pub force_shares: Vec<VelocityMap<D>>,
     /// v̂ [m/s].
     pub hats: Vec<Vector<D>>,
     /// Positions of the cut points [m].
@@ -89,7 +89,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// The unknowns of its nodes and cut points.
-    pub(super) fn follows(&self, nodes: &[u32; N], points: &[&CutPoint<D>]) -> Vec<Follows<D>> {
+    pub(super) fn velocity_maps(&self, nodes: &[u32; N], points: &[&CutPoint<D>]) -> Vec<VelocityMap<D>> {
         let place = |a: u32| Unknown::Solid(self.solid.binary_search(&a).unwrap_or(0));
         let of = |point: &&CutPoint<D>| {
             let VelocityShares { solid, node } = point.shares();
@@ -104,8 +104,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// The unknowns whose rows have the forces of viscosity and inertia on its nodes and cut points. In space those on a cut point are spread
     /// evenly over the facets around it (theory (J.9d)): a force at the corner of an element of 27 nodes moves
     /// its node fifteen times as far as what is around.
-    pub(super) fn acts(&self, follows: &[Follows<D>], trace: &[TracePoint<D, N>]) -> Vec<Follows<D>> {
-        let mut spread = vec![BTreeMap::<usize, f64>::new(); follows.len()];
+    pub(super) fn force_shares(&self, maps: &[VelocityMap<D>], trace: &[TracePoint<D, N>]) -> Vec<VelocityMap<D>> {
+        let mut spread = vec![BTreeMap::<usize, f64>::new(); maps.len()];
         let points = if D == 3 { trace } else { &[] };
         for TracePoint { area, means, chord, .. } in points {
             for (&(c, share), &(a, mean)) in chord.iter().flat_map(|c| means.iter().map(move |a| (c, a))) {
@@ -113,21 +113,21 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                 *spread[N + c].entry(place).or_default() += area.norm() * share * mean;
             }
         }
-        let of = |(follows, spread): (&Follows<D>, BTreeMap<usize, f64>)| {
+        let of = |(maps, spread): (&VelocityMap<D>, BTreeMap<usize, f64>)| {
             let all: f64 = spread.values().sum();
             if all <= 0.0 {
-                return follows.clone();
+                return maps.clone();
             }
-            let (of_solid, of_nodes): (Follows<D>, Follows<D>) =
-                follows.iter().partition(|(unknown, _)| matches!(unknown, Unknown::Solid(_)));
+            let (of_solid, of_nodes): (VelocityMap<D>, VelocityMap<D>) =
+                maps.iter().partition(|(unknown, _)| matches!(unknown, Unknown::Solid(_)));
             let bound: Tensor<D> = of_solid.into_iter().map(|(_, p)| p).fold(Tensor::ZERO, |sum, p| sum + p);
             spread.into_iter().map(|(a, weight)| (Unknown::Solid(a), bound * (weight / all))).chain(of_nodes).collect()
         };
-        follows.iter().zip(spread).map(of).collect()
+        maps.iter().zip(spread).map(of).collect()
     }
 
     /// Adds a block of velocities.
-    pub(super) fn add_velocities(&mut self, row: &Follows<D>, column: &Follows<D>, block: &Tensor<D>) {
+    pub(super) fn add_velocities(&mut self, row: &VelocityMap<D>, column: &VelocityMap<D>, block: &Tensor<D>) {
         let count = self.solid.len();
         for &(first, p) in row {
             let left = p.transpose().dot(block);
@@ -149,7 +149,13 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// Adds the column of pressure k in a row of velocity, and the column of that velocity in the row of pressure k.
-    pub(super) fn add_pressure(&mut self, vertex: &Follows<D>, k: usize, pressure: Vector<D>, divergence: Vector<D>) {
+    pub(super) fn add_pressure(
+        &mut self,
+        vertex: &VelocityMap<D>,
+        k: usize,
+        pressure: Vector<D>,
+        divergence: Vector<D>,
+    ) {
         for &(unknown, p) in vertex {
             let transposed = p.transpose();
             let (pressure, divergence) = (transposed.apply(pressure), transposed.apply(divergence));
@@ -169,7 +175,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// Adds to the right-hand side of a velocity [N].
-    pub(super) fn add_load(&mut self, vertex: &Follows<D>, load: Vector<D>) {
+    pub(super) fn add_load(&mut self, vertex: &VelocityMap<D>, load: Vector<D>) {
         for &(unknown, p) in vertex {
             let load = p.transpose().apply(load);
             match unknown {

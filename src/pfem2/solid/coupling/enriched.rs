@@ -13,7 +13,7 @@
 //! of these. A node that has no fluid of its own side in any element, inside the solid, has no pressure of its own:
 //! that of the other side is in q.
 
-use super::element::{CoupledElement, Follows, Unknown, VertexVelocities};
+use super::element::{CoupledElement, Unknown, VelocityMap, VertexVelocities};
 use super::fluid_part::{FluidPart, PartGeometry};
 use super::walls::wall_facets;
 use crate::math::Vector;
@@ -34,7 +34,7 @@ impl<const D: usize, const N: usize> EnrichedRow<D, N> {
     }
 
     /// Adds what belongs to the velocity of a vertex.
-    fn add(&mut self, vertex: &Follows<D>, value: Vector<D>) {
+    fn add(&mut self, vertex: &VelocityMap<D>, value: Vector<D>) {
         for &(unknown, p) in vertex {
             let value = p.transpose().apply(value);
             match unknown {
@@ -79,7 +79,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        VertexVelocities { follows, hats, .. }: &VertexVelocities<D>,
+        VertexVelocities { maps, hats, .. }: &VertexVelocities<D>,
     ) {
         let delay = match equations.stabilisation {
             Stabilisation::ConsistentPspg | Stabilisation::Dynamic => fluid.tau / equations.delta,
@@ -87,8 +87,8 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
         };
         for facet in wall_facets(part, fluid.walls) {
             facet.press_enriched(part, &fluid.level, |vertex, k, area| {
-                self.columns[k].add(&follows[vertex], area);
-                self.rows[k].add(&follows[vertex], area);
+                self.columns[k].add(&maps[vertex], area);
+                self.rows[k].add(&maps[vertex], area);
             });
         }
         for piece in &part.pieces {
@@ -103,8 +103,8 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
                 (0..N).filter(|&l| is_other(l)).for_each(|l| self.matrix[k][l] += weight * slope.dot(gradient[l]));
                 for (c, &vertex) in part.vertices.iter().enumerate() {
                     let pressure = part.simplex.gradient[c] * -(volume * center[k]);
-                    self.columns[k].add(&follows[vertex], pressure);
-                    self.rows[k].add(&follows[vertex], pressure - slope * (delay * volume * piece.center[c]));
+                    self.columns[k].add(&maps[vertex], pressure);
+                    self.rows[k].add(&maps[vertex], pressure - slope * (delay * volume * piece.center[c]));
                 }
                 for j in 0..N {
                     self.columns[k].nodes[j][D] -= weight * gradient[j].dot(slope);

@@ -20,7 +20,7 @@ use crate::linalg::{BlockMatrix, PreconditioningFactor, SparseMatrix};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
 /// ε: share of a node's diagonal that solids have, above which the node is solved with them.
-const NEAR: f64 = 0.01;
+const LEAST_SOLID_SHARE: f64 = 0.01;
 
 /// Part of the diagonal of an unknown of solids by which it may be followed more than it is pulled at.
 const ONE_SIDED: f64 = 0.5;
@@ -121,7 +121,7 @@ fn near<const D: usize, const N: usize>(couplings: &[NodeCoupling<D, N>], fluid:
         let diagonal = &fluid.values[fluid.pattern.diagonal(coupling.node as usize)];
         (0..D).any(|r| {
             let share: f64 = coupling.to_fluid.iter().flat_map(|block| block[r]).map(f64::abs).sum();
-            share > NEAR * diagonal[r][r]
+            share > LEAST_SOLID_SHARE * diagonal[r][r]
         })
     };
     couplings.iter().filter(is_near).map(|coupling| coupling.node).collect()

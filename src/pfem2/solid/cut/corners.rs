@@ -2,15 +2,15 @@
 //!
 //! ```text
 //! corner c in an element that is cut       fluid part: the polygon of nodes outside, cut points, and c between these
-//! corner c in another element              see `tips`
-//! ear clipping                             triangles of the corners of a polygon; of all ears the one of the best shape first
+//! corner c in another element              see `corners_beyond_nodes`
 //! ```
 //!
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
-use super::cut_point::{CLOSEST, CLOSEST_GLIDING};
-use super::tips::Tip;
-use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
+use super::corners_beyond_nodes::CornersBeyondNodes;
+use super::cut_point::{LEAST_EDGE_SHARE, LEAST_GLIDING_EDGE_SHARE};
+use super::polygon::{PolygonCorner, triangulated};
+use super::{CutBySolid, CutPoint, ElementState, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{SolidSurface, SurfaceCorner};
@@ -18,13 +18,7 @@ use std::collections::BTreeMap;
 
 /// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept
 /// away from nodes.
-const INSIDE: f64 = CLOSEST;
-
-/// Area of a triangle over the square of its longest side below which its corners lie in a line.
-const FLAT: f64 = 1e-6;
-
-/// A corner of the polygon that the fluid fills in an element.
-pub(super) type PolygonCorner<const D: usize> = (Vertex, Vector<D>);
+const LEAST_SHAPE_FUNCTION: f64 = LEAST_EDGE_SHARE;
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// Makes corners of the solids corners of the fluid part of the elements that hold them.
@@ -45,8 +39,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let kept = match (self.state[element], &corners[..]) {
                 (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
                 (ElementState::Fluid, _) => {
-                    let tip = Tip::new(mesh, self, (element, corners), |behind| !held.contains_key(&behind));
-                    tip.and_then(|tip| self.keep_tip(mesh, surface, &tip))
+                    let is_plain = |behind| !held.contains_key(&behind);
+                    let beyond = CornersBeyondNodes::new(mesh, self, (element, corners), is_plain);
+                    beyond.and_then(|beyond| self.keep_corners_beyond_nodes(mesh, surface, &beyond))
                 }
                 (ElementState::Solid, _) => None,
             };
@@ -64,7 +59,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
-            if (point.position - corner).norm() <= 2.0 * CLOSEST_GLIDING * (end - start).norm() {
+            if (point.position - corner).norm() <= 2.0 * LEAST_GLIDING_EDGE_SHARE * (end - start).norm() {
                 point.bound_directions = None;
                 any = true;
             }
@@ -93,7 +88,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             if shape.iter().any(|&n| n < 0.0) {
                 return None;
             }
-            let kept = shape.map(|n| n.max(INSIDE));
+            let kept = shape.map(|n| n.max(LEAST_SHAPE_FUNCTION));
             let sum: f64 = kept.iter().sum();
             Some((e, mesh.corners(e).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()))
         };
@@ -153,53 +148,4 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         around.rotate_left(start?);
         Some(around)
     }
-}
-
-/// A polygon, counter-clockwise, as triangles; `None` if it crosses itself.
-pub(super) fn triangulated<const D: usize, const N: usize>(
-    mut polygon: Vec<PolygonCorner<D>>,
-) -> Option<Vec<FluidSimplex<N>>> {
-    let mut triangles = Vec::new();
-    while polygon.len() > 2 {
-        let count = polygon.len();
-        let ear = |i: usize| [(i + count - 1) % count, i, (i + 1) % count];
-        let shape = |i: usize| {
-            let corners = ear(i).map(|k| polygon[k].1);
-            let mut others = (0..count).filter(|k| !ear(i).contains(k)).map(|k| polygon[k].1);
-            if others.any(|x| contains(&corners, x)) { 0.0 } else { quality(&corners) }
-        };
-        let best = (0..count).map(|i| (i, shape(i))).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
-        if best.1 > 0.0 {
-            let corners = ear(best.0).map(|k| polygon[k].0);
-            triangles.push(FluidSimplex { vertices: std::array::from_fn(|k| corners[k]) });
-            polygon.remove(best.0);
-            continue;
-        }
-        // Along a surface on an edge of the mesh corners lie in a line but for rounding: no triangle.
-        let flatness = |i: usize| quality(&ear(i).map(|k| polygon[k].1)).abs();
-        let flat = (0..count).map(|i| (i, flatness(i))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if flat.1 > FLAT {
-            return None;
-        }
-        polygon.remove(flat.0);
-    }
-    Some(triangles)
-}
-
-/// Twice the area of a triangle [m²], positive where its corners run counter-clockwise.
-fn area<const D: usize>([a, b, c]: &[Vector<D>; 3]) -> f64 {
-    let (u, v) = (*b - *a, *c - *a);
-    u[0] * v[1] - u[1] * v[0]
-}
-
-/// Area of a triangle over the square of its longest side, twice.
-fn quality<const D: usize>(corners: &[Vector<D>; 3]) -> f64 {
-    let [a, b, c] = *corners;
-    let longest = [b - a, c - b, a - c].iter().map(|side| side.norm_squared()).fold(0.0, f64::max);
-    if longest > 0.0 { area(corners) / longest } else { 0.0 }
-}
-
-/// True if a triangle holds a place.
-fn contains<const D: usize>([a, b, c]: &[Vector<D>; 3], x: Vector<D>) -> bool {
-    [[*a, *b, x], [*b, *c, x], [*c, *a, x]].iter().all(|triangle| area(triangle) >= 0.0)
 }

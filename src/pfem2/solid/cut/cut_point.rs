@@ -12,15 +12,15 @@ use crate::mesh::Mesh;
 
 /// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver
 /// digits, and tie nodes to solids.
-pub(super) const CLOSEST: f64 = 1e-4;
+pub(super) const LEAST_EDGE_SHARE: f64 = 1e-4;
 
 /// Cut points keep this fraction of their edge away from its end inside: fluid between two of them moves with
 /// the solid.
-pub(super) const AT_NODE: f64 = 1e-6;
+pub(super) const LEAST_INNER_EDGE_SHARE: f64 = 1e-6;
 
 /// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside
 /// together.
-pub(super) const CLOSEST_GLIDING: f64 = 1e-3;
+pub(super) const LEAST_GLIDING_EDGE_SHARE: f64 = 1e-3;
 
 /// A point of the surface that is a corner of the fluid part of elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,8 +80,9 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     let ends = edge.map(|node| distance[node as usize]);
     let (t, foot) = crossing(surface, at, ends, level_of(mesh, surface, edge[1], ends[1]), (end - start).norm());
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
-    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
-    let kept = t.clamp(CLOSEST, 1.0 - last);
+    let last =
+        if conditions.contains(&SurfaceCondition::Slip) { LEAST_GLIDING_EDGE_SHARE } else { LEAST_INNER_EDGE_SHARE };
+    let kept = t.clamp(LEAST_EDGE_SHARE, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let bound_directions =
         foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
@@ -97,7 +98,7 @@ fn level_of<const D: usize, const N: usize>(
     node: u32,
     distance: f64,
 ) -> f64 {
-    let margin = AT_NODE * smallest_element(mesh, node as usize);
+    let margin = LEAST_INNER_EDGE_SHARE * smallest_element(mesh, node as usize);
     if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
 }
 

@@ -7,7 +7,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 /// Least shape function of m in its element and of e in its face: nearer to their sides they are moved there.
-pub(super) const INSIDE: f64 = 0.005;
+pub(super) const LEAST_SHAPE_FUNCTION: f64 = 0.005;
 
 /// Shape function gained along a piece of an edge below which it hardly touches an element.
 const GRAZING: f64 = 1e-6;
@@ -162,7 +162,7 @@ pub(super) fn moved_inside<const D: usize, const N: usize>(
     element: usize,
     x: Vector<D>,
 ) -> Vector<D> {
-    let kept = mesh.shape_functions(element, x).map(|n| n.max(INSIDE));
+    let kept = mesh.shape_functions(element, x).map(|n| n.max(LEAST_SHAPE_FUNCTION));
     let sum: f64 = kept.iter().sum();
     mesh.corners(element).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()
 }

@@ -19,15 +19,16 @@
 
 mod cones;
 mod corners;
+mod corners_beyond_nodes;
 mod cut_point;
 mod edge_passages;
 mod parts;
+mod polygon;
 mod slip_at_edges;
 mod slip_on_chords;
 mod solid_edges;
 #[cfg(test)]
 mod tests;
-mod tips;
 
 use super::setup::SurfaceCondition;
 use super::surface::{NodeWeights, SolidSurface};
@@ -35,15 +36,15 @@ use crate::math::Vector;
 use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
 use crate::pfem2::interface::share;
-use cut_point::{CLOSEST, cut_point, smallest_element};
 pub use cut_point::{CutPoint, VelocityShares};
+use cut_point::{LEAST_EDGE_SHARE, cut_point, smallest_element};
 use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
 /// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers
 /// of rounding lie along a surface on lines of the mesh, and none that are thinner than what cut points keep.
-const ON_SURFACE: f64 = CLOSEST;
+const ON_SURFACE: f64 = LEAST_EDGE_SHARE;
 
 /// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or
 /// less it would be fluid or solid.
@@ -206,13 +207,13 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// is inside a solid: there a solid is too thin, or too sharp, for the mesh.
     pub fn missed(&self, mesh: &Mesh<D, N>, locator: &Locator<D>, surface: &SolidSurface<D>) -> Vec<u32> {
         /// Least shape function of a place well inside an element.
-        const INSIDE: f64 = 0.02;
+        const LEAST_SHAPE_FUNCTION: f64 = 0.02;
         let mut missed = BTreeSet::new();
         let mut guess = 0;
         for x in surface.facet_nodes().filter(|x| x.is_finite()) {
             let Location::Inside { element, shape } = locator.locate(mesh, x, guess) else { continue };
             guess = element;
-            if self.state[element] == ElementState::Fluid && shape.iter().all(|&n| n > INSIDE) {
+            if self.state[element] == ElementState::Fluid && shape.iter().all(|&n| n > LEAST_SHAPE_FUNCTION) {
                 missed.insert(element as u32);
             }
         }

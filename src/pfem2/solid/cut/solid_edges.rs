@@ -10,8 +10,8 @@
 //! the edge of the solid passes beside them, they are cones about a place amid p and q.
 
 use super::cones::{Corner, CrossedElement};
-use super::cut_point::{AT_NODE, CLOSEST_GLIDING, crossing};
-use super::edge_passages::{EdgePoint, INSIDE, Passage, SharpEdges, moved_inside};
+use super::cut_point::{LEAST_GLIDING_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, crossing};
+use super::edge_passages::{EdgePoint, LEAST_SHAPE_FUNCTION, Passage, SharpEdges, moved_inside};
 use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
@@ -24,11 +24,11 @@ use std::collections::{BTreeMap, BTreeSet};
 const AT_CROSSING: f64 = 0.01;
 
 /// Part of an element that an apex must add to the fluid or take from it where no edge or face says that it is needed.
-const LEAST: f64 = 0.01;
+const LEAST_APEX_SHARE: f64 = 0.01;
 
 /// Least distance of p and q from the place between them, over the length of their edge: the solid may do no more than
 /// touch it.
-const APART: f64 = INSIDE;
+const LEAST_EDGE_DISTANCE: f64 = LEAST_SHAPE_FUNCTION;
 
 /// Elements per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -200,7 +200,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let nodes: Vec<usize> = (0..N).filter(|k| *k != opposite).collect();
         let x = mesh.corners(own.element);
         let shape = mesh.shape_functions(own.element, point.position);
-        let kept = nodes.iter().map(|&k| (k, shape[k].max(INSIDE)));
+        let kept = nodes.iter().map(|&k| (k, shape[k].max(LEAST_SHAPE_FUNCTION)));
         let sum: f64 = kept.clone().map(|(_, n)| n).sum();
         let position: Vector<D> = kept.map(|(k, n)| x[k] * (n / sum)).sum();
         let pairs = || nodes.iter().flat_map(|&i| nodes.iter().map(move |&j| (i, j)));
@@ -242,7 +242,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         };
         let (points, parts) = self.numbered(mesh, &crossed, &parts);
         let volume: f64 = parts.iter().map(|(_, volume)| volume).sum();
-        let changed = (volume - before).abs() > LEAST * mesh.simplex(crossed.element).volume;
+        let changed = (volume - before).abs() > LEAST_APEX_SHARE * mesh.simplex(crossed.element).volume;
         if !is_needed && !changed {
             self.points.truncate(mark);
             return;
@@ -346,7 +346,7 @@ impl<const D: usize> Solids<'_, D> {
         let middle = x[0] + (x[1] - x[0]) * fraction;
         let inside = self.surface.distance(middle);
         let length = (x[1] - x[0]).norm();
-        if inside > AT_NODE * length {
+        if inside > LEAST_INNER_EDGE_SHARE * length {
             return None;
         }
         let seen = |end: usize| {
@@ -355,7 +355,7 @@ impl<const D: usize> Solids<'_, D> {
             let part = way.norm() / length;
             let ends = [self.surface.distance(start), inside.min(0.0)];
             let (t, _) = crossing(self.surface, at, ends, 0.0, way.norm());
-            let t = t.min(1.0 - APART / part).max(CLOSEST_GLIDING / part);
+            let t = t.min(1.0 - LEAST_EDGE_DISTANCE / part).max(LEAST_GLIDING_EDGE_SHARE / part);
             let foot = self.surface.foot(at(t))?;
             let glides = self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
             let normal = self.surface.normal(&foot).filter(|_| glides);

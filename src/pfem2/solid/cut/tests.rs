@@ -1,6 +1,6 @@
 use super::super::mesh::SolidMesh;
 use super::super::surface::tests::{disc, interpolate, rotation, surface_of, turned_box};
-use super::cut_point::AT_NODE;
+use super::cut_point::LEAST_INNER_EDGE_SHARE;
 use super::*;
 use crate::mesh::Simplex;
 use proptest::prelude::*;
@@ -38,9 +38,9 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
         assert!((start + edge * t - point.position).norm() < 1e-12 && (0.99e-4..1.0).contains(&t));
         let nearest = surface.nearest(point.position).unwrap();
         assert!((interpolate(&point.weights, &solid.nodes) - nearest.position).norm() < 1e-10);
-        let is_clamped = (t - CLOSEST).min(1.0 - AT_NODE - t) < 1e-9;
+        let is_clamped = (t - LEAST_EDGE_SHARE).min(1.0 - LEAST_INNER_EDGE_SHARE - t) < 1e-9;
         // An edge that ends in a node beside the surface is cut where the distance is that of the node, or a little more.
-        let level = surface.distance(end).max(0.0) + AT_NODE * smallest_element(mesh, own[1] as usize);
+        let level = surface.distance(end).max(0.0) + LEAST_INNER_EDGE_SHARE * smallest_element(mesh, own[1] as usize);
         let off = 1e-6 * edge.norm() + if surface.distance(end) > 0.0 { level } else { 0.0 };
         assert!(is_clamped || nearest.distance.abs() < off, "{t} {}", nearest.distance);
     }
@@ -194,7 +194,7 @@ fn a_surface_through_nodes_and_along_edges_is_cut() {
     let mesh = background::<3, 4>(1.0, 5);
     let solid = SolidMesh::block(Vector([-0.6, -0.2, -0.6]), Vector([0.2, 0.6, 0.2]), [2, 1, 1]).unwrap();
     let volume = check(&mesh, &solid).volume_inside(&mesh);
-    assert!((volume - 0.512).abs() < 4.0 * AT_NODE, "{volume}");
+    assert!((volume - 0.512).abs() < 4.0 * LEAST_INNER_EDGE_SHARE, "{volume}");
 }
 
 /// A solid that leaves the mesh is cut where there are elements.

@@ -2,7 +2,7 @@
 
 use super::{Prediction, Structure};
 use crate::math::{Signal, Vector};
-use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::solid::equations::SolidEquations;
 use crate::pfem2::solid::mesh::{SolidMesh, element_nodes};
 use std::ops::Range;
@@ -91,7 +91,7 @@ impl<const D: usize> Structure<D> {
     /// of the fluid.
     pub(in crate::pfem2::solid) fn powers(
         &self,
-        step: TimeStep,
+        step: ThetaStep,
         prediction: &Prediction<D>,
         solved: &SolvedStep<'_, D>,
         gravity: &[Signal; D],

@@ -4,7 +4,7 @@
 use super::{Prediction, Structure};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::ThetaStep;
 use crate::pfem2::solid::setup::Inertia;
 
 impl<const D: usize> Structure<D> {
@@ -16,7 +16,7 @@ impl<const D: usize> Structure<D> {
     /// As [`Structure::equations`].
     pub(in crate::pfem2) fn linearisation_error(
         &self,
-        step: TimeStep,
+        step: ThetaStep,
         prediction: &Prediction<D>,
     ) -> Result<f64, StepError> {
         if self.setups().iter().all(|setup| setup.inertia == Inertia::Dynamic) {

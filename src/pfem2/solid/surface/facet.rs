@@ -181,20 +181,20 @@ fn is_least(away: &[f64], n: usize) -> bool {
 /// Newton's step in the coordinates that no bound holds.
 fn step<const D: usize>(jet: &Jet<D>, r: Vector<D>, local: [f64; 2]) -> [f64; 2] {
     /// Curvature of the squared distance, relative to the facet's own metric, below which a minimum isn't near.
-    const FLATTEST: f64 = 1e-3;
+    const LEAST_CURVATURE: f64 = 1e-3;
     let gradient = jet.first.map(|tangent| tangent.dot(r));
     let is_free =
         |k: usize| k + 1 < D && !(local[k] <= -1.0 && gradient[k] > 0.0 || local[k] >= 1.0 && gradient[k] < 0.0);
     let metric = [jet.first[0].norm_squared(), jet.first[1].norm_squared(), jet.first[0].dot(jet.first[1])];
     let hessian: [f64; 3] = std::array::from_fn(|k| metric[k] + jet.second[k].dot(r));
     let along = |k: usize| {
-        let curvature = if hessian[k] > FLATTEST * metric[k] { hessian[k] } else { metric[k] };
+        let curvature = if hessian[k] > LEAST_CURVATURE * metric[k] { hessian[k] } else { metric[k] };
         if curvature > 0.0 { -gradient[k] / curvature } else { 0.0 }
     };
     match [is_free(0), is_free(1)] {
         [true, true] => [hessian, metric]
             .into_iter()
-            .find(|[a, b, c]| *a > 0.0 && a * b - c * c > FLATTEST * metric[0] * metric[1])
+            .find(|[a, b, c]| *a > 0.0 && a * b - c * c > LEAST_CURVATURE * metric[0] * metric[1])
             .map_or([along(0), along(1)], |[a, b, c]| {
                 let determinant = a * b - c * c;
                 [(c * gradient[1] - b * gradient[0]) / determinant, (c * gradient[0] - a * gradient[1]) / determinant]

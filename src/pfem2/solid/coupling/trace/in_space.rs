@@ -20,7 +20,7 @@ const PIECE: usize = 8;
 const DIVISIONS: u32 = 2;
 
 /// Cosine of the angle between a triangle and the surface above which it cuts an edge off, and its own area acts.
-const ALONG: f64 = 0.866;
+const ALONG_COSINE: f64 = 0.866;
 
 /// Points of a triangle with a third of its area each, by its corners.
 const POINTS: [[f64; 3]; 3] =
@@ -94,7 +94,7 @@ impl<const D: usize, const N: usize> ChordTriangle<'_, D, N> {
         let chord = CORNERS_AND_MIDDLES.map(|b| self.position(&b));
         for (b, foot) in POINTS.iter().zip(feet) {
             let [own, of_surface] = [&chord, &places].map(|places| area(places, b) * (1.0 / 3.0));
-            let is_along = own.dot(of_surface) > ALONG * own.norm() * of_surface.norm();
+            let is_along = own.dot(of_surface) > ALONG_COSINE * own.norm() * of_surface.norm();
             let point = self.surface.point_at(&foot, if is_along { of_surface } else { own });
             found(self.trace_point(b, foot.facet, point));
         }

@@ -1,4 +1,4 @@
-//! Tips of solids in two dimensions: corners in elements without a node inside (theory J.2).
+//! Corners of solids beyond the nodes inside, in two dimensions: in elements without a node inside (theory J.2).
 //!
 //! ```text
 //! element of the corner c        c with the points p and q where the surface crosses the edge behind c: the polygon of all nodes, p, c, q
@@ -6,19 +6,19 @@
 //! element with a node inside     a triangle at each of the ends of the last edge
 //! ```
 
-use super::corners::{PolygonCorner, triangulated};
 use super::cut_point::crossing;
+use super::polygon::{PolygonCorner, triangulated};
 use super::{ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::cut::CutBySolid;
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
 
-/// Elements on the way from a corner to a node inside.
-const LONGEST: usize = 8;
+/// Elements on the way from a corner to a node inside, at most.
+const MOST_ELEMENTS_ON_THE_WAY: usize = 8;
 
 /// Corners of a solid in an element without a node inside, and the way from there to one with a node inside.
-pub(super) struct Tip<'a, const D: usize> {
+pub(super) struct CornersBeyondNodes<'a, const D: usize> {
     corners: &'a [SurfaceCorner<D>],
     /// Elements without a node inside, that of the corners first, each with its local node opposite to the edge through which it is left.
     way: Vec<(usize, usize)>,
@@ -29,8 +29,8 @@ pub(super) struct Tip<'a, const D: usize> {
 /// Points where the surface crosses an edge, seen from each of its ends, with the weights of the solid's nodes there.
 type Crossing<const D: usize> = [(Vector<D>, NodeWeights); 2];
 
-impl<'a, const D: usize> Tip<'a, D> {
-    /// The tip with these corners, if the way from there goes through elements that are `plain`: they hold no other corner.
+impl<'a, const D: usize> CornersBeyondNodes<'a, D> {
+    /// These corners of an element, if the way from there goes through elements that are `plain`: they hold no other corner.
     pub fn new<const N: usize>(
         mesh: &Mesh<D, N>,
         cut: &SolidCut<D, N>,
@@ -38,7 +38,7 @@ impl<'a, const D: usize> Tip<'a, D> {
         plain: impl Fn(usize) -> bool,
     ) -> Option<Self> {
         let (mut way, mut element, mut entry) = (Vec::new(), element, None);
-        while way.len() < LONGEST {
+        while way.len() < MOST_ELEMENTS_ON_THE_WAY {
             let x = mesh.corners(element);
             let is_behind = |k: &usize| {
                 let next = mesh.neighbour(element, *k).filter(|&next| Some(next) != entry);
@@ -58,26 +58,34 @@ impl<'a, const D: usize> Tip<'a, D> {
 }
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
-    /// Keeps the corners of a tip; `None` where the surface crosses an edge on its way otherwise than twice.
-    pub(super) fn keep_tip(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, tip: &Tip<D>) -> Option<()> {
-        let ElementState::Cut(root) = self.state[tip.root] else { return None };
-        let crossings: Vec<Crossing<D>> =
-            tip.way.iter().map(|&(element, k)| crossings(mesh, surface, tip, element, k)).collect::<Option<_>>()?;
-        let mut pieces = vec![around_corners(mesh, tip, &crossings[0])?];
-        for (pair, both) in tip.way.windows(2).zip(crossings.windows(2)) {
+    /// Keeps such corners; `None` where the surface crosses an edge on its way otherwise than twice.
+    pub(super) fn keep_corners_beyond_nodes(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        surface: &SolidSurface<D>,
+        beyond: &CornersBeyondNodes<D>,
+    ) -> Option<()> {
+        let ElementState::Cut(root) = self.state[beyond.root] else { return None };
+        let crossings: Vec<Crossing<D>> = beyond
+            .way
+            .iter()
+            .map(|&(element, k)| crossings(mesh, surface, beyond, element, k))
+            .collect::<Option<_>>()?;
+        let mut pieces = vec![around_corners(mesh, beyond, &crossings[0])?];
+        for (pair, both) in beyond.way.windows(2).zip(crossings.windows(2)) {
             pieces.push(between_edges(mesh, [pair[0], pair[1]], [&both[0], &both[1]])?);
         }
-        let &(last, k) = tip.way.last()?;
+        let &(last, k) = beyond.way.last()?;
         let nodes = mesh.elements()[last];
-        let beside = self.beside_tip([nodes[(k + 1) % N], nodes[(k + 2) % N]], root as usize)?;
+        let beside = self.beside_passed_edge([nodes[(k + 1) % N], nodes[(k + 2) % N]], root as usize)?;
 
         let numbers: Vec<[u32; 2]> =
             crossings.into_iter().map(|own| own.map(|(position, weights)| self.add_point(position, weights))).collect();
         let own: Vec<u32> =
-            tip.corners.iter().map(|corner| self.add_point(corner.position, vec![(corner.node, 1.0)])).collect();
+            beyond.corners.iter().map(|corner| self.add_point(corner.position, vec![(corner.node, 1.0)])).collect();
         self.elements[root as usize].parts = beside;
         self.elements[root as usize].points.extend(numbers[numbers.len() - 1]);
-        for (place, (&(element, _), parts)) in tip.way.iter().zip(pieces).enumerate() {
+        for (place, (&(element, _), parts)) in beyond.way.iter().zip(pieces).enumerate() {
             let points = match place {
                 0 => numbers[0].into_iter().chain(own.iter().copied()).collect(),
                 _ => [numbers[place - 1], numbers[place]].concat(),
@@ -89,9 +97,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes;
+    /// The triangles at the ends of an edge through which the solid reaches beyond its nodes, in the cut element from which it comes;
     /// the points of the surface on the edge are its next two.
-    fn beside_tip(&self, ends: [u32; 2], place: usize) -> Option<Vec<FluidSimplex<N>>> {
+    fn beside_passed_edge(&self, ends: [u32; 2], place: usize) -> Option<Vec<FluidSimplex<N>>> {
         let element = &self.elements[place];
         let inside = element.nodes.map(|node| self.is_inside(node));
         let edges = parts::cut_edges(inside);
@@ -111,17 +119,17 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 }
 
-/// Points where the surface crosses the edge opposite to local node `k` of an element on the way of a tip.
+/// Points where the surface crosses the edge opposite to local node `k` of an element on the way.
 fn crossings<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
-    tip: &Tip<D>,
+    beyond: &CornersBeyondNodes<D>,
     element: usize,
     k: usize,
 ) -> Option<Crossing<D>> {
     let corners = mesh.corners(element);
     let x = [corners[(k + 1) % N], corners[(k + 2) % N]];
-    let middle = x[0] + (x[1] - x[0]) * foot_on_edge(tip.corners, x[0], x[1])?;
+    let middle = x[0] + (x[1] - x[0]) * foot_on_edge(beyond.corners, x[0], x[1])?;
     let inside = surface.distance(middle);
     if inside >= 0.0 {
         return None;
@@ -138,14 +146,14 @@ fn crossings<const D: usize, const N: usize>(
 /// The fluid in the element of the corners; its points are the two on the edge behind, then the corners.
 fn around_corners<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    tip: &Tip<D>,
+    beyond: &CornersBeyondNodes<D>,
     [first, second]: &Crossing<D>,
 ) -> Option<Vec<FluidSimplex<N>>> {
-    let &(element, k) = tip.way.first()?;
+    let &(element, k) = beyond.way.first()?;
     let x = mesh.corners(element);
     let [i, j] = [(k + 1) % N, (k + 2) % N];
     let mut corners: Vec<PolygonCorner<D>> =
-        tip.corners.iter().zip(2..).map(|(corner, n)| (Vertex::Point(n), corner.position)).collect();
+        beyond.corners.iter().zip(2..).map(|(corner, n)| (Vertex::Point(n), corner.position)).collect();
     let along = |corner: &PolygonCorner<D>| (corner.1 - x[i]).dot(x[j] - x[i]);
     corners.sort_by(|a, b| along(a).total_cmp(&along(b)));
     let mut polygon = vec![(Vertex::Node(i as u8), x[i]), (Vertex::Point(0), first.0)];
@@ -154,7 +162,7 @@ fn around_corners<const D: usize, const N: usize>(
     triangulated(polygon)
 }
 
-/// The fluid in an element that a tip crosses from edge to edge, on both sides of it; its points are those of the edge through which it comes
+/// The fluid in an element that the solid crosses from edge to edge, on both sides of it; its points are those of the edge through which it comes
 /// from the element before, then those of its own. `way`: both elements with their local nodes opposite to these edges.
 fn between_edges<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,

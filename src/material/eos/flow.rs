@@ -20,9 +20,9 @@
 //! it and its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is
 //! that of the force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
 
-use super::PointBatch;
-use super::bulk_viscosity::{BulkViscosity, Shock};
-use super::eos::EquationOfState;
+use super::EquationOfState;
+use crate::material::PointBatch;
+use crate::material::bulk_viscosity::{BulkViscosity, Shock};
 use crate::math::SymTensor;
 use crate::math::simd::{Lanes, Task, widest};
 
