@@ -12,7 +12,7 @@ use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::{KernelKind, MembraneSetup, Setup, StressUpdate, Transfer};
 use crate::output::{Picture, Probe, UnitLabels};
-use crate::simulation::Snapshot;
+use crate::simulation::{LEAST_STEPS, Snapshot};
 use std::path::Path;
 
 /// An element of a membrane may be this many cells long: the contact samples it at most every half cell.
@@ -162,10 +162,7 @@ pub(super) fn steps(case: &Case, summary: &CaseSummary, findings: &mut Vec<Diagn
         return;
     }
     findings.extend(file.time.step.filter(|step| *step > stable).map(|step| too_long(file, step, stable)));
-    let step = file.time.step.unwrap_or(stable);
-    if step.is_infinite() {
-        return;
-    }
+    let step = file.time.step.unwrap_or(stable.min(file.time.end / LEAST_STEPS));
     if file.time.end > MOST_STEPS * step {
         let message = format!("steps of {step:.4e} s would be {:.0e} of them", file.time.end / step);
         let key = if file.time.step.is_some() { "time.step" } else { "time.end" };

@@ -204,7 +204,7 @@ impl CaseSummary {
         let fixed = file.time.step.is_some();
         let stable_step = if fixed { solver.stable_dt() } else { solver.recommended_dt() };
         let end = file.time.end;
-        let least = if fixed || solver.stable_dt().is_finite() { 1.0 } else { LEAST_STEPS };
+        let least = if fixed { 1.0 } else { LEAST_STEPS };
         let count = |step: f64| (end / step).ceil().max(least);
         let foreseen = if fixed { file.time.step.map(|step| [step; 2]) } else { solver.foreseen_dt(end) };
         let [steps, fewest] = foreseen.unwrap_or([f64::INFINITY; 2]).map(count);

@@ -27,8 +27,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Steps of a run at least where neither stability bounds them nor the case: fluids at rest have no errors either.
-pub const LEAST_STEPS: f64 = 200.0;
+/// Steps of a run at least, where they aren't fixed: nothing may bound those of fluids at rest, or of membranes alone, which take steps
+/// of their own.
+pub const LEAST_STEPS: f64 = 500.0;
 
 /// The end of a run, its steps, and the interval of its checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -294,8 +295,7 @@ impl Simulation {
             _ if stable.is_nan() || stable <= 0.0 => Err(self.collapsed(stable)),
             Some(fixed) if fixed > stable => Err(self.unstable(fixed, stable)),
             Some(fixed) => Ok(fixed),
-            None if stable.is_infinite() => Ok(self.solver.recommended_dt().min(self.plan.end / LEAST_STEPS)),
-            None => Ok(self.solver.recommended_dt()),
+            None => Ok(self.solver.recommended_dt().min(self.plan.end / LEAST_STEPS)),
         }
     }
 

@@ -16,7 +16,7 @@
 //! mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an interface is no curvature. Both fall
 //! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an
 //! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
-//! Solids have an error of their own, as they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 44 steps per period where s is a hundredth. Motions
+//! Solids have an error of their own, as they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 77 steps per period where s is a three-hundredth. Motions
 //! below a quarter of the speed of the fluid count by that speed. The forces of the fluid on cut elements shake solids, the more the shorter the steps: such noise has changes d with
 //! other signs in each step, and counts a tenth. Steps that followed the phase of a swing, longer at its ends than in between, would make it softer and stiffer in turns, and pump it up
 //! (as a child does a swing): κ remembers s, and steps beside solids grow by a fifth or not.
@@ -50,7 +50,7 @@ const INTERFACE: f64 = 0.1;
 const SURFACE: f64 = 0.05;
 
 /// The largest error of solids, over the tolerance.
-const SOLIDS: f64 = 0.005;
+const SOLIDS: f64 = 0.005 / 3.0;
 
 /// Least speed by which the error of solids is measured, over the speed of the fluid: that of solids that move more slowly counts as part of this.
 const SLOW_SOLIDS: f64 = 0.25;
@@ -297,11 +297,11 @@ mod tests {
         assert!((dt / 0.05 - 1.0).abs() < 1e-6, "{dt}");
     }
 
-    /// Of a swing with 44 steps per period the changes of the velocity count but for 1 %, of white noise, whose second differences have the product −⅔ from
+    /// Of a swing with 77 steps per period the changes of the velocity count but for 1 %, of white noise, whose second differences have the product −⅔ from
     /// one step to the next, a tenth; the first step counts whole, as there is none to compare with.
     #[test]
     fn noise_of_solids_hardly_shortens_steps() {
-        let phase = 2.0 * std::f64::consts::PI / 44.0;
+        let phase = 2.0 * std::f64::consts::PI / 77.0;
         let swing = |k: f64| [(phase * k).cos(), (phase * k).sin()];
         let change = |k: f64| [0, 1].map(|i| swing(k)[i] - 2.0 * swing(k - 1.0)[i] + swing(k - 2.0)[i]);
         let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
@@ -354,9 +354,9 @@ mod tests {
         assert!(dt > 0.05 * t, "{dt} {t}");
     }
 
-    /// A swing with ω has the error ½ (ωΔt)², and gets 2π/√(0.02) = 44 steps per period with the tolerance of 2.
+    /// A swing with ω has the error ½ (ωΔt)², and gets 2π/√(0.02/3) = 77 steps per period with the tolerance of 2.
     #[test]
-    fn a_swing_of_a_solid_gets_44_steps() {
+    fn a_swing_of_a_solid_gets_77_steps() {
         let mut control = StepControl::new(2.0);
         let (omega, mut dt): (f64, f64) = (34.3, 0.02);
         for _ in 0..60 {
@@ -365,6 +365,6 @@ mod tests {
             dt = control.proposal;
         }
         let steps = 2.0 * std::f64::consts::PI / omega / dt;
-        assert!((steps / 44.43 - 1.0).abs() < 1e-3, "{steps}");
+        assert!((steps / 76.95 - 1.0).abs() < 1e-3, "{steps}");
     }
 }
