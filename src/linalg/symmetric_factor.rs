@@ -65,11 +65,6 @@ impl PreconditioningFactor {
         symmetric.or_else(|| SparseFactor::new(a).map(Box::new).map(FactorKind::General)).map(Self)
     }
 
-    /// Factorises the symmetric part; `None` where that isn't positive definite.
-    pub fn symmetric(a: &SparseMatrix) -> Option<Self> {
-        SymmetricFactor::new(a).map(FactorKind::Symmetric).map(Self)
-    }
-
     /// z ≈ A⁻¹ r.
     pub fn solve(&mut self, r: &[f64], z: &mut [f64]) {
         match &mut self.0 {

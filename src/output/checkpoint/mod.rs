@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the file format and of the columns of the methods. Columns with other names, kinds or sizes are recognised; one that means
 /// something else than before needs another number.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 /// Version of the program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Bytes per block before compression.

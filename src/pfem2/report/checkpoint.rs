@@ -94,6 +94,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     let dissipation = &mut pfem.balance.dissipation;
     visit("dissipation/power", Column::scalar(&mut dissipation.power_last));
     visit("dissipation/power earlier", Column::scalar(&mut dissipation.power_earlier));
+    visit("dissipation/power in cut elements", Column::record(&mut dissipation.in_cut));
     visit("dissipation/change", Column::new(&mut dissipation.change));
     // Nothing depends on means, but the state is shown with them.
     mean_columns("forces", &mut pfem.forces.on_parts, visit);

@@ -1,7 +1,11 @@
 //! The energy ledger against closed forms.
 
 use super::*;
+use crate::material::{Elastic, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::setup::{HeldNodes, SolidSetup};
+use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
 
@@ -103,4 +107,30 @@ fn the_notice_of_numerical_dissipation_comes_once_also_in_a_resumed_run() {
     resumed.restored();
     assert_eq!(said(&mut resumed, 60..70), Vec::<String>::new());
     assert!(resumed.snapshot().ledger.remainder(0.0).unwrap() > 0.06, "errors still take as much");
+}
+
+/// A block that supports draw through a box of oil at a steady speed, three and a half elements of the mesh thick, off its lines: a fluid that sticks to
+/// it loses all of the work of the supports to viscosity, most of it in elements that the block cuts.
+#[test]
+fn what_draws_a_solid_through_oil_is_lost_to_viscosity() {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
+    let lower = Vector([0.391, 0.387]);
+    let block = SolidMesh::block(lower, lower + Vector::splat(0.22), [4; 2]).unwrap();
+    let nodes = (0..block.nodes.len() as u32).collect();
+    let held = vec![HeldNodes { nodes, velocity: [Some(1e-3.into()), Some(Signal::ZERO)] }];
+    let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1.0, 1e6, 0.3) });
+    let oil = Physics { stabilisation: Stabilisation::Dynamic, ..physics(vec![fluid("oil", 1.0, 1.0)], weightless()) };
+    let sets = vec![set(&mesh, "walls", Condition::wall(), |_| true)];
+    let mut setup = setup(mesh, sets, oil, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![SolidSetup { held, ..SolidSetup::free("block", block, law) }]).unwrap());
+    let mut pfem = Pfem2::new(setup);
+    // The flow is steady after some times L²/ν = 1 s.
+    let steps = |pfem: &mut Pfem2<2, 3>, range: std::ops::Range<u32>| {
+        range.for_each(|k| pfem.step(f64::from(k) * 0.1, 0.1).unwrap());
+        ["work of supports", "viscous dissipation", "numerical dissipation"].map(|name| term(pfem, name))
+    };
+    let before = steps(&mut pfem, 0..20);
+    let after = steps(&mut pfem, 20..40);
+    let [work, viscous, numerical] = std::array::from_fn(|k| after[k] - before[k]);
+    assert!((viscous / work - 1.0).abs() < 0.03, "{viscous} of {work} J, {numerical} J lost to errors");
 }

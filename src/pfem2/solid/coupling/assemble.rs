@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work
-//! that the solid takes; in space those of viscosity and inertia with their means, theory (J.9d). What flows through the surface beside that between cut points is added to D, theory (J.9a)
+//! that the solid takes. What flows through the surface beside that between cut points is added to D, theory (J.9a)
 //! (`trace/mod.rs`). The pressure of two fluids is enriched (`enriched.rs`).
 
 use super::element::{CoupledElement, Unknown, VelocityMap, VertexVelocities};
@@ -62,8 +62,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let hat = |vertex: &VelocityMap<D>| vertex.iter().map(|&(unknown, p)| p.apply(of(unknown))).sum();
         let hats: Vec<Vector<D>> = maps.iter().map(hat).collect();
         let positions = own.iter().map(|point| point.position).collect();
-        let force_shares = element.force_shares(&maps, trace);
-        let velocities = VertexVelocities { maps, force_shares, hats, positions };
+        let velocities = VertexVelocities { maps, hats, positions };
         let parent = mesh.simplex(cut.element as usize);
         element.content.tau = fluid.tau;
         let parts = parts(mesh, cut, &own, &fluid.level);
@@ -142,7 +141,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        VertexVelocities { maps, force_shares, hats, .. }: &VertexVelocities<D>,
+        VertexVelocities { maps, hats, .. }: &VertexVelocities<D>,
     ) {
         let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
         let force = fluid.drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
@@ -150,7 +149,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let stiffness = viscosity * volume;
         let masses = masses(equations.mass, part, fluid);
         for i in 0..N {
-            let row = &force_shares[part.vertices[i]];
+            let row = &maps[part.vertices[i]];
             let mut load = Vector::ZERO;
             for j in 0..N {
                 let mass = masses[i][j];

@@ -6,7 +6,6 @@ use super::walls::WallShare;
 use crate::math::{Tensor, Vector};
 use crate::pfem2::equations::element::{Block, Content};
 use crate::pfem2::solid::cut::{CutPoint, VelocityShares};
-use std::collections::BTreeMap;
 
 /// Equations of the fluid part of a cut element, in the unknowns of its nodes and of the nodes of solids.
 #[derive(Debug, Clone)]
@@ -53,8 +52,6 @@ pub(in crate::pfem2::solid) type VelocityMap<const D: usize> = Vec<(Unknown, Ten
 pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
     /// Velocity of each vertex by the unknowns that it follows.
     pub maps: Vec<VelocityMap<D>>,
-    /// The unknowns whose rows have the viscous and inertial forces on each vertex, with the shares that they take.
-    pub force_shares: Vec<VelocityMap<D>>,
     /// v̂ [m/s].
     pub hats: Vec<Vector<D>>,
     /// Positions of the cut points [m].
@@ -64,10 +61,7 @@ pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
 impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// No equations, with the unknowns of cut points and points of the surface.
     pub(super) fn empty(element: u32, points: &[&CutPoint<D>], trace: &[TracePoint<D, N>]) -> Self {
-        let weights = points
-            .iter()
-            .map(|point| &point.weights)
-            .chain(trace.iter().flat_map(|point| [&point.weights, &point.means]));
+        let weights = points.iter().map(|point| &point.weights).chain(trace.iter().map(|point| &point.weights));
         let mut solid: Vec<u32> = weights.flatten().map(|(a, _)| *a).collect();
         solid.sort_unstable();
         solid.dedup();
@@ -99,31 +93,6 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         };
         let nodal = |i| vec![(Unknown::Node(i), Tensor::identity())];
         (0..N).map(nodal).chain(points.iter().map(of)).collect()
-    }
-
-    /// The unknowns whose rows have the forces of viscosity and inertia on its nodes and cut points. In space those on a cut point are spread
-    /// evenly over the facets around it (theory (J.9d)): a force at the corner of an element of 27 nodes moves
-    /// its node fifteen times as far as what is around.
-    pub(super) fn force_shares(&self, maps: &[VelocityMap<D>], trace: &[TracePoint<D, N>]) -> Vec<VelocityMap<D>> {
-        let mut spread = vec![BTreeMap::<usize, f64>::new(); maps.len()];
-        let points = if D == 3 { trace } else { &[] };
-        for TracePoint { area, means, chord, .. } in points {
-            for (&(c, share), &(a, mean)) in chord.iter().flat_map(|c| means.iter().map(move |a| (c, a))) {
-                let Ok(place) = self.solid.binary_search(&a) else { continue };
-                *spread[N + c].entry(place).or_default() += area.norm() * share * mean;
-            }
-        }
-        let of = |(maps, spread): (&VelocityMap<D>, BTreeMap<usize, f64>)| {
-            let all: f64 = spread.values().sum();
-            if all <= 0.0 {
-                return maps.clone();
-            }
-            let (of_solid, of_nodes): (VelocityMap<D>, VelocityMap<D>) =
-                maps.iter().partition(|(unknown, _)| matches!(unknown, Unknown::Solid(_)));
-            let bound: Tensor<D> = of_solid.into_iter().map(|(_, p)| p).fold(Tensor::ZERO, |sum, p| sum + p);
-            spread.into_iter().map(|(a, weight)| (Unknown::Solid(a), bound * (weight / all))).chain(of_nodes).collect()
-        };
-        maps.iter().zip(spread).map(of).collect()
     }
 
     /// Adds a block of velocities.

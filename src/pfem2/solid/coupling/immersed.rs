@@ -5,7 +5,7 @@ use super::assemble::CutParts;
 use super::element::CoupledElement;
 use super::fluid_part::FluidPart;
 use super::trace::{CutMesh, TracePoint};
-use super::viscous::{CutForces, cut_forces};
+use super::viscous::{CutForces, cut_forces, cut_power};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -96,6 +96,17 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
     ) -> CutForces<D, N> {
         let SolidCut { elements, points, .. } = &self.cut;
         cut_forces(mesh, &elements[place], points, medium, [&|i| velocity[i], &|a| self.velocity_of(a)])
+    }
+
+    /// ∫2μ d:d over the fluid part of a cut element, at these nodal velocities [m/s] and that of the solids at the end of the last step [W];
+    /// `viscosity` is that of the fluid times its part of the element [Pa s].
+    pub fn viscous_power(&self, mesh: &Mesh<D, N>, place: usize, viscosity: f64, velocity: &[Vector<D>]) -> f64 {
+        let SolidCut { elements, points, .. } = &self.cut;
+        let cut = &elements[place];
+        if cut.share <= 0.0 {
+            return 0.0;
+        }
+        viscosity / cut.share * cut_power(mesh, cut, points, [&|i| velocity[i], &|a| self.velocity_of(a)])
     }
 
     /// Leaves in the content of an element what its fluid part holds.

@@ -7,13 +7,6 @@
 //!
 //! A cut point close to a node makes both move as one, whatever the fluid around them does: neither the preconditioner
 //! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
-//!
-//! Forces at the corners of solids in space are spread over the facets around them (theory (J.9d)): a node that is tied to a corner follows it
-//! alone, E_ia, and pulls at others, F_bi. The symmetric part of that isn't positive definite. A spring between both is:
-//!
-//! ```text
-//! F_ai ← E_ia,   S_aa ← S_aa + |E_ia| − |F_ai|  where that is positive,   S_ab ← the smaller one of S_ab and S_ba, or 0 where they differ in sign
-//! ```
 
 use super::node_coupling::NodeCoupling;
 use crate::linalg::{BlockMatrix, PreconditioningFactor, SparseMatrix};
@@ -21,9 +14,6 @@ use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
 /// ε: share of a node's diagonal that solids have, above which the node is solved with them.
 const LEAST_SOLID_SHARE: f64 = 0.01;
-
-/// Part of the diagonal of an unknown of solids by which it may be followed more than it is pulled at.
-const ONE_SIDED: f64 = 0.5;
 
 /// The border with its near nodes.
 pub struct NearNodes {
@@ -66,8 +56,7 @@ impl NearNodes {
         }
         let unknowns = border.rows() + nodes.len() * D;
         let matrix = SparseMatrix::from_triplets(unknowns, entries);
-        let tied = with_springs(&matrix, border.rows()).and_then(|tied| PreconditioningFactor::symmetric(&tied));
-        let factor = tied.or_else(|| PreconditioningFactor::new(&matrix))?;
+        let factor = PreconditioningFactor::new(&matrix)?;
         Some(Self { nodes, factor, work: vec![0.0; unknowns], solution: vec![0.0; unknowns] })
     }
 
@@ -84,35 +73,6 @@ impl NearNodes {
             near[N - 1] = 0.0;
         }
     }
-}
-
-/// The matrix with springs in place of ties that pull at other nodes than they follow; `None` where none does by more than [`ONE_SIDED`].
-fn with_springs(matrix: &SparseMatrix, border: usize) -> Option<SparseMatrix> {
-    let value = |row: usize, column: usize| matrix.entry(row, column).map_or(0.0, |entry| matrix.values[entry]);
-    let is_border = |k: u32| (k as usize) < border;
-    let mut lack = vec![0.0; border];
-    for (i, w, e) in matrix.triplets().filter(|&(row, column, _)| !is_border(row) && is_border(column)) {
-        lack[w as usize] += (e.abs() - value(w as usize, i as usize).abs()).max(0.0);
-    }
-    if !lack.iter().enumerate().any(|(w, lack)| *lack > ONE_SIDED * value(w, w)) {
-        return None;
-    }
-    let mut entries = Vec::new();
-    for (row, column, entry) in matrix.triplets() {
-        match (is_border(row), is_border(column)) {
-            (true, true) if row == column => entries.push((row, column, entry + lack[row as usize])),
-            (true, true) => entries.push((row, column, smaller(entry, value(column as usize, row as usize)))),
-            (true, false) => {}
-            (false, true) => entries.extend([(row, column, entry), (column, row, entry)]),
-            (false, false) => entries.push((row, column, entry)),
-        }
-    }
-    Some(SparseMatrix::from_triplets(matrix.rows(), entries))
-}
-
-/// The one of two numbers that is nearer to zero; zero where their signs differ.
-fn smaller(a: f64, b: f64) -> f64 {
-    if a * b > 0.0 { a.signum() * a.abs().min(b.abs()) } else { 0.0 }
 }
 
 /// The nodes near the border, ascending.
@@ -132,32 +92,6 @@ mod tests {
     use super::*;
     use crate::linalg::Pattern;
     use std::sync::Arc;
-
-    /// A node of the fluid follows one unknown of a solid, and pulls at another: with a spring between the first two it is positive definite, and what
-    /// the node is moved by is exact.
-    #[test]
-    fn a_tie_that_pulls_elsewhere_becomes_a_spring() {
-        let [s, k, a] = [4.0, 100.0, 101.0];
-        let entries = vec![(0, 0, s), (1, 1, s), (1, 0, k), (2, 2, a), (2, 0, -k), (1, 2, -k)];
-        let matrix = SparseMatrix::from_triplets(3, entries);
-        assert!(PreconditioningFactor::symmetric(&matrix).is_none());
-        let tied = with_springs(&matrix, 2).unwrap();
-        let dense = |m: &SparseMatrix, row, column| m.entry(row, column).map_or(0.0, |entry| m.values[entry]);
-        let found: Vec<f64> = (0..9).map(|n| dense(&tied, n / 3, n % 3)).collect();
-        assert_eq!(found, [s + k, 0.0, -k, 0.0, s, 0.0, -k, 0.0, a]);
-        let mut factor = PreconditioningFactor::symmetric(&tied).unwrap();
-        let mut z = [0.0; 3];
-        factor.solve(&[s, 0.0, 1.0], &mut z);
-        // (s + k − k²/a) y = s + k/a, nearly s y = s, and the node moves along.
-        let y = (s + k / a) / (s + k - k * k / a);
-        assert!(
-            (z[0] - y).abs() < 1e-12 && (y - 1.0).abs() < 0.01 && (z[2] - (1.0 + k * y) / a).abs() < 1e-12,
-            "{z:?}"
-        );
-        assert!(
-            with_springs(&SparseMatrix::from_triplets(2, vec![(0, 0, 1.0), (1, 1, 1.0), (1, 0, -0.4)]), 1).is_none()
-        );
-    }
 
     /// A node of the fluid with the diagonal a, tied by k to a node of a solid with the diagonal s, along each axis
     /// alone: s y − k δ = r, a δ − k y = q. Another node is hardly tied.

@@ -1,9 +1,10 @@
-//! Viscous forces in the fluid part of a cut element, for the consistent stabilisation (theory F.7.2, J.3).
+//! Viscous forces in the fluid part of a cut element, for the consistent stabilisation, and their power (theory F.7.2, F.13, J.3).
 
 use super::fluid_part::{PartGeometry, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::equations::element::viscous_forces;
+use crate::pfem2::equations::shear::shear_rate;
 use crate::pfem2::interface::Medium;
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint};
 
@@ -35,4 +36,23 @@ pub fn cut_forces<const D: usize, const N: usize>(
         }
     }
     sum
+}
+
+/// ∫2 d:d over the fluid part of a cut element [W/(Pa s)]; `velocity` [m/s] of its nodes and of nodes of solids.
+pub fn cut_power<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    cut: &CutBySolid<N>,
+    points: &[CutPoint<D>],
+    [of_node, of_solid]: [&dyn Fn(usize) -> Vector<D>; 2],
+) -> f64 {
+    let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
+    let nodes = &mesh.elements()[cut.element as usize];
+    let at = |vertex: usize| match nodes.get(vertex) {
+        Some(&node) => of_node(node as usize),
+        None => own[vertex - N].velocity(of_node, of_solid),
+    };
+    let of_part = |part: PartGeometry<D, N>| {
+        part.simplex.volume * shear_rate(&part.simplex.gradient, &part.vertices.map(at)).powi(2)
+    };
+    parts(mesh, cut, &own, &[1.0; N]).into_iter().map(of_part).sum()
 }

@@ -30,14 +30,6 @@ impl<const D: usize> SolidSurface<D> {
         &self.facets[facet as usize].nodes
     }
 
-    /// Means of the shape functions of a facet, ∫ N_a dξ/∫ dξ, with its global nodes: Simpson's rule.
-    pub(in crate::pfem2::solid) fn means(&self, facet: u32) -> NodeWeights {
-        const SIMPSON: [f64; 3] = [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0];
-        let nodes = &self.facets[facet as usize].nodes;
-        let mean = |(n, &node): (usize, &u32)| (node, SIMPSON[n % 3] * if D == 3 { SIMPSON[n / 3] } else { 1.0 });
-        nodes.iter().enumerate().map(mean).collect()
-    }
-
     /// Calls `visit` with points of a facet: three Gauss points per axis between each two of these ascending coordinates, −1 and 1 among them.
     pub(in crate::pfem2::solid) fn visit_points(
         &self,

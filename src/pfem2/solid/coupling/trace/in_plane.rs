@@ -84,7 +84,7 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
             }
             let Some((place, ChordPlace { position, chord, .. })) = self.chord_place(element, x, size) else { return };
             let shape = mesh.shape_functions(cut.elements[place].element as usize, position);
-            points.push((place, TracePoint { facet, local, share, area, shape, weights, means: Vec::new(), chord }));
+            points.push((place, TracePoint { facet, local, share, area, shape, weights, chord }));
         });
         points
     }

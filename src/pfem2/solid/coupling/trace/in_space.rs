@@ -102,11 +102,10 @@ impl<const D: usize, const N: usize> ChordTriangle<'_, D, N> {
 
     fn trace_point(&self, place: &[f64; 3], facet: u32, point: FacetPoint<D>) -> TracePoint<D, N> {
         let FacetPoint { area, local, share, weights, .. } = point;
-        let means = self.surface.means(facet);
         let Chords { mesh, cut, .. } = self.chords;
         let shape = mesh.shape_functions(cut.elements[self.place].element as usize, self.position(place));
         let chord = self.chord.iter().copied().zip(self.shares(place).0).collect();
-        TracePoint { facet, local, share, area, shape, weights, means, chord }
+        TracePoint { facet, local, share, area, shape, weights, chord }
     }
 
     /// Nearest places of the surface to places of the triangle.

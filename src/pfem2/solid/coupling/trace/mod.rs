@@ -39,8 +39,6 @@ pub struct TracePoint<const D: usize, const N: usize> {
     pub shape: [f64; N],
     /// Shape functions of the solids' nodes at it, by global node.
     pub weights: NodeWeights,
-    /// Their means over the facet, by Simpson's rule; empty in the plane, where forces act at cut points.
-    pub means: NodeWeights,
     /// φ_c of cut points, by their places in the list of the element.
     pub chord: Vec<(usize, f64)>,
 }
