@@ -189,7 +189,10 @@ fn too_long(file: &CaseFile, step: f64, stable: f64) -> Diagnostic {
     Diagnostic::error("time.step", message).help(help)
 }
 
-/// Outputs that the case wants more often than there are steps.
+/// Outputs closer than this part of a step are told of.
+const CLOSE_OUTPUTS: f64 = 0.5;
+
+/// Outputs that the case wants much more often than there are steps.
 fn outputs_between_steps(case: &Case, step: f64, findings: &mut Vec<Diagnostic>) {
     let output = &case.file.output;
     for (key, interval, help) in [
@@ -200,7 +203,9 @@ fn outputs_between_steps(case: &Case, step: f64, findings: &mut Vec<Diagnostic>)
             "rows between both ends of a step will be on the straight line between its values",
         ),
     ] {
-        let Some(interval) = interval.filter(|interval| *interval < step && case.says(key)) else { continue };
+        let Some(interval) = interval.filter(|interval| *interval < CLOSE_OUTPUTS * step && case.says(key)) else {
+            continue;
+        };
         let message = format!("the interval of {interval:.4e} s is shorter than the step of {step:.4e} s");
         findings.push(Diagnostic::warning(key, message).help(help));
     }
