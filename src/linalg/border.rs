@@ -33,6 +33,15 @@ pub struct BorderedVector<'a, const B: usize> {
     pub border: &'a [f64],
 }
 
+/// Numbers of the velocities of near nodes and of the unknowns of a border: residuals of their rows, or what solves for these.
+#[derive(Debug, Clone)]
+pub struct NearAndBorder<const B: usize> {
+    /// Numbers of the near nodes, in the order of [`Border::near`]; their pressures, the last of each, are left out.
+    pub near: Vec<[f64; B]>,
+    /// Numbers of the unknowns of the border.
+    pub border: Vec<f64>,
+}
+
 /// Rows of all equations of a system with a border, to be changed.
 #[derive(Debug)]
 pub struct BorderedRows<'a, const B: usize> {
@@ -64,7 +73,7 @@ pub trait Border<const B: usize> {
     /// Nodes of the mesh near the border, whose velocities are found together with it.
     fn near(&self) -> &[u32];
 
-    /// Solves for the velocities δ of the near nodes and for y: on entry the residuals of their rows, on return the solution. Pressures
-    /// of near nodes are left out: zero on return.
-    fn solve(&mut self, near: &mut [[f64; B]], own: &mut [f64]);
+    /// Solves for the velocities δ of the near nodes and for y, for several right-hand sides at once: on entry the residuals of their
+    /// rows, on return the solutions. Pressures of near nodes are left out: zero on return.
+    fn solve(&self, sides: &mut [NearAndBorder<B>]);
 }

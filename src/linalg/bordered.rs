@@ -1,6 +1,6 @@
 //! A system with a border as the Krylov method sees it: products, residuals, preconditioning (theory J.4).
 
-use super::border::{Border, BorderedRows, BorderedVector};
+use super::border::{Border, BorderedRows, BorderedVector, NearAndBorder};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
 use super::krylov::System;
@@ -17,7 +17,7 @@ pub(super) struct BorderedMatrix<'a, const B: usize> {
     /// S.
     pub scaling: &'a [f64],
     /// Unknowns of another kind.
-    pub border: Option<&'a mut dyn Border<B>>,
+    pub border: Option<&'a dyn Border<B>>,
 }
 
 impl<const B: usize> BorderedMatrix<'_, B> {
@@ -27,7 +27,7 @@ impl<const B: usize> BorderedMatrix<'_, B> {
         let ((x, x_border), (y, y_border)) = (x.split_at(own), y.split_at_mut(own));
         let (x, y) = (x.as_chunks().0, y.as_chunks_mut().0);
         self.a.multiply(x, y);
-        if let Some(border) = &self.border {
+        if let Some(border) = self.border {
             border.multiply(BorderedVector { mesh: x, border: x_border }, BorderedRows { mesh: y, border: y_border });
         }
     }
@@ -35,7 +35,7 @@ impl<const B: usize> BorderedMatrix<'_, B> {
 
 /// A system with its preconditioner: that of the mesh, then the block of the border (see `border`).
 pub(super) struct Preconditioned<'a, 'b, const B: usize> {
-    pub system: &'a mut BorderedMatrix<'b, B>,
+    pub system: &'a BorderedMatrix<'b, B>,
     pub analysis: Option<&'a Analysis>,
     pub preconditioner: Option<&'a mut Preconditioner<B>>,
     pub coarse: Option<&'a CoarseCorrection<B>>,
@@ -53,18 +53,18 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
 
     fn residual(&self, x: &[f64], r: &mut [f64]) {
         self.system.multiply(x, r);
-        let BorderedMatrix { scaling: s, b, .. } = &*self.system;
+        let &BorderedMatrix { scaling: s, b, .. } = self.system;
         update(r, |i, ax| s[i] * (b[i] - ax));
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
-        let BorderedMatrix { a, scaling: s, border, .. } = &mut *self.system;
+        let &BorderedMatrix { a, scaling: s, border, .. } = self.system;
         let workspace = &mut self.workspace[..];
         update(workspace, |i, _| r[i] / s[i]);
         let own = a.pattern.rows() * B;
         let ((r, r_border), (z, z_border)) = (workspace.split_at_mut(own), z.split_at_mut(own));
         let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);
-        if let (Some(border), false) = (&border, self.inverse_diagonal.is_empty()) {
+        if let (Some(border), false) = (border, self.inverse_diagonal.is_empty()) {
             let motion: Vec<f64> = r_border.iter().zip(self.inverse_diagonal).map(|(r, y)| -r * y).collect();
             border.add_to_continuity(&motion, r);
         }
@@ -74,17 +74,18 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
         }
         let Some(border) = border else { return };
         border.subtract(z, r_border);
-        z_border.copy_from_slice(r_border);
         let rest = |&node: &u32| {
             let (node, product) = (node as usize, a.row_product(node as usize, z));
             std::array::from_fn(|k| r[node][k] - product[k])
         };
-        let mut near: Vec<[f64; B]> = border.near().iter().map(rest).collect();
-        border.solve(&mut near, z_border);
+        let near = border.near().iter().map(rest).collect();
+        let mut motion = NearAndBorder { near, border: r_border.to_vec() };
+        border.solve(std::slice::from_mut(&mut motion));
         if let Some(coarse) = self.coarse {
-            coarse.correct(&mut near, z_border);
+            coarse.correct(&mut motion);
         }
-        for (&node, change) in border.near().iter().zip(&near) {
+        z_border.copy_from_slice(&motion.border);
+        for (&node, change) in border.near().iter().zip(&motion.near) {
             z[node as usize].iter_mut().zip(change).for_each(|(z, change)| *z += change);
         }
     }

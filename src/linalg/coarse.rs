@@ -10,7 +10,7 @@
 //! On the motions Φ this is the added mass, and on others never more than it (Nyström's approximation, as the added mass is symmetric and not
 //! negative). Where λ is small there is nothing to correct. W and Λ, which move with the solids, are kept by the rule for preconditioners, (F.45). Y is that of the system at hand.
 
-use super::border::{Border, BorderedRows, BorderedVector};
+use super::border::{Border, BorderedRows, BorderedVector, NearAndBorder};
 use super::modes::diagonalise;
 use super::preconditioner::ReusePolicy;
 use super::solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED};
@@ -49,32 +49,25 @@ pub(super) struct CoarseCorrection<const B: usize> {
     /// Use of the correction.
     reuse: ReusePolicy,
     /// The columns of Y, with the velocities of near nodes.
-    responses: Vec<BorderResponse<B>>,
+    responses: Vec<NearAndBorder<B>>,
     /// (Λ + WᵀY)⁻¹.
     weights: SmallMatrix,
 }
 
-/// Velocities of near nodes, and those of the border.
-#[derive(Debug, Clone)]
-struct BorderResponse<const B: usize> {
-    near: Vec<[f64; B]>,
-    own: Vec<f64>,
-}
-
-impl<const B: usize> BorderResponse<B> {
-    /// S_t⁻¹ r.
-    fn new(border: &mut dyn Border<B>, r: &[f64]) -> Self {
-        let mut response = Self { near: vec![[0.0; B]; border.near().len()], own: r.to_vec() };
-        border.solve(&mut response.near, &mut response.own);
-        response
-    }
+/// S_t⁻¹ r of forces on a border.
+fn responses<const B: usize>(border: &dyn Border<B>, forces: &[Vec<f64>]) -> Vec<NearAndBorder<B>> {
+    let at_rest = vec![[0.0; B]; border.near().len()];
+    let side = |force: &Vec<f64>| NearAndBorder { near: at_rest.clone(), border: force.clone() };
+    let mut sides: Vec<_> = forces.iter().map(side).collect();
+    border.solve(&mut sides);
+    sides
 }
 
 impl<const B: usize> CoarseCorrection<B> {
     /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
     /// `inverse_diagonal` is 1/D̂ where that has the compliance of the border, and else empty.
     pub fn new(
-        border: &mut dyn Border<B>,
+        border: &dyn Border<B>,
         nodes: usize,
         inverse_diagonal: &[f64],
         solve_mesh: &mut SolveMesh<'_, B>,
@@ -153,10 +146,10 @@ impl<const B: usize> CoarseCorrection<B> {
     }
 
     /// Takes up the border of a system; false if that is one of another step or stiffness than it was made for.
-    pub fn take_up(&mut self, border: &mut dyn Border<B>) -> bool {
-        self.responses = self.forces.iter().map(|force| BorderResponse::new(border, force)).collect();
+    pub fn take_up(&mut self, border: &dyn Border<B>) -> bool {
+        self.responses = responses(border, &self.forces);
         let count = self.forces.len();
-        let compliances = small_matrix(count, |i, j| dot(&self.forces[i], &self.responses[j].own));
+        let compliances = small_matrix(count, |i, j| dot(&self.forces[i], &self.responses[j].border));
         let trace: f64 = (0..count).map(|i| compliances[i][i]).sum();
         if self.reuse.systems == 0.0 && self.compliance == 0.0 {
             self.compliance = trace;
@@ -168,12 +161,12 @@ impl<const B: usize> CoarseCorrection<B> {
     }
 
     /// Corrects a solution of the border and its near nodes.
-    pub fn correct(&self, near: &mut [[f64; B]], own: &mut [f64]) {
-        let parts: Vec<f64> = self.forces.iter().map(|force| dot(force, own)).collect();
+    pub fn correct(&self, motion: &mut NearAndBorder<B>) {
+        let parts: Vec<f64> = self.forces.iter().map(|force| dot(force, &motion.border)).collect();
         for (row, response) in self.weights.iter().zip(&self.responses) {
             let weight: f64 = row.iter().zip(&parts).map(|(a, b)| a * b).sum();
-            own.iter_mut().zip(&response.own).for_each(|(y, response)| *y -= weight * response);
-            let (near, response) = (near.as_flattened_mut(), response.near.as_flattened());
+            motion.border.iter_mut().zip(&response.border).for_each(|(y, response)| *y -= weight * response);
+            let (near, response) = (motion.near.as_flattened_mut(), response.near.as_flattened());
             near.iter_mut().zip(response).for_each(|(x, response)| *x -= weight * response);
         }
     }
@@ -185,14 +178,14 @@ fn small_matrix(rows: usize, entry: impl Fn(usize, usize) -> f64) -> SmallMatrix
 }
 
 /// Φ, the softest motions.
-fn softest<const B: usize>(border: &mut dyn Border<B>) -> SmallMatrix {
+fn softest<const B: usize>(border: &dyn Border<B>) -> SmallMatrix {
     let stiffness: Vec<f64> = border.scaling().iter().map(|s| s.powi(-2)).collect();
     let unknowns = stiffness.len();
     let weighted = |x: &[f64]| -> Vec<f64> { x.iter().zip(&stiffness).map(|(x, d)| x * d).collect() };
     let mut motions: SmallMatrix = (0..MOTIONS.min(unknowns)).map(|k| super::modes::start(k, unknowns)).collect();
     for _ in 0..STEPS {
         let mut forces: SmallMatrix = motions.iter().map(|x| weighted(x)).collect();
-        motions = forces.iter().map(|force| BorderResponse::new(border, force).own).collect();
+        motions = responses(border, &forces).into_iter().map(|response| response.border).collect();
         orthonormalise(&mut motions, &mut forces);
     }
     motions

@@ -39,17 +39,20 @@ pub(super) trait Precision: Copy + Send {
     fn round(value: f64) -> Self;
     /// Widens.
     fn widen(self) -> f64;
-    /// Room for [`Precision::factorize`] and [`Precision::solve`].
+    /// Room for [`Precision::factorize`].
     fn scratch(symbolic: &SymbolicSupernodalCholesky<u32>) -> StackReq;
-    /// L and D of the matrix with this lower part; says whether that went well.
+    /// Room for [`Precision::solve`] with so many right-hand sides.
+    fn solve_scratch(symbolic: &SymbolicSupernodalCholesky<u32>, sides: usize) -> StackReq;
+    /// L and D of the matrix with this lower part; returns the number of pivots that were replaced, as they were too small or had the
+    /// wrong sign, or `None` where the factor breaks down.
     fn factorize(
         values: &mut [Self],
         lower: SparseColMatRef<'_, u32, Self>,
         signs: &[i8],
         symbolic: &SymbolicSupernodalCholesky<u32>,
         memory: &mut MemBuffer,
-    ) -> bool;
-    /// x ← (L D Lᵀ)⁻¹ x.
+    ) -> Option<usize>;
+    /// x ← (L D Lᵀ)⁻¹ x for every right-hand side, one after the other in `x`.
     fn solve(values: &[Self], symbolic: &SymbolicSupernodalCholesky<u32>, x: &mut [Self], memory: &mut MemBuffer);
 }
 
@@ -69,7 +72,10 @@ macro_rules! precision {
 
             fn scratch(symbolic: &SymbolicSupernodalCholesky<u32>) -> StackReq {
                 factorize_supernodal_numeric_ldlt_scratch::<u32, $T>(symbolic, Par::Seq, Default::default())
-                    .or(symbolic.solve_in_place_scratch::<$T>(1, Par::Seq))
+            }
+
+            fn solve_scratch(symbolic: &SymbolicSupernodalCholesky<u32>, sides: usize) -> StackReq {
+                symbolic.solve_in_place_scratch::<$T>(sides, Par::Seq)
             }
 
             fn factorize(
@@ -78,7 +84,7 @@ macro_rules! precision {
                 signs: &[i8],
                 symbolic: &SymbolicSupernodalCholesky<u32>,
                 memory: &mut MemBuffer,
-            ) -> bool {
+            ) -> Option<usize> {
                 let regularization = LdltRegularization {
                     dynamic_regularization_signs: Some(signs),
                     dynamic_regularization_delta: SMALLEST_PIVOT.sqrt() as Self,
@@ -86,7 +92,8 @@ macro_rules! precision {
                 };
                 let (stack, params) = (MemStack::new(memory), Default::default());
                 factorize_supernodal_numeric_ldlt(values, lower, regularization, symbolic, Par::Seq, stack, params)
-                    .is_ok()
+                    .ok()
+                    .map(|info| info.dynamic_regularization_count)
             }
 
             fn solve(
@@ -95,8 +102,9 @@ macro_rules! precision {
                 x: &mut [Self],
                 memory: &mut MemBuffer,
             ) {
-                let rows = x.len();
-                let x = MatMut::from_column_major_slice_mut(x, rows, 1);
+                let rows = symbolic.nrows();
+                let sides = x.len().checked_div(rows).unwrap_or(0);
+                let x = MatMut::from_column_major_slice_mut(x, rows, sides);
                 let factor = SupernodalLdltRef::new(symbolic, values);
                 factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(memory));
             }
@@ -210,7 +218,7 @@ fn lower_part<const B: usize>(pattern: &Pattern, order: &[u32]) -> (Vec<u32>, Ve
 }
 
 /// Elimination tree, counts and supernodes of a matrix given by its upper part.
-fn structure(upper: SymbolicSparseColMatRef<'_, u32>) -> Option<SymbolicSupernodalCholesky<u32>> {
+pub(super) fn structure(upper: SymbolicSparseColMatRef<'_, u32>) -> Option<SymbolicSupernodalCholesky<u32>> {
     let n = upper.nrows();
     let (mut tree, mut counts) = (vec![0i32; n], vec![0u32; n]);
     let scratch = prefactorize_symbolic_cholesky_scratch::<u32>(n, upper.compute_nnz())
@@ -237,7 +245,8 @@ impl<T: Precision> Factor<T> {
     pub fn new<const B: usize>(analysis: &Analysis, a: &BlockMatrix<B>, scaling: &[[f64; B]]) -> Option<Self> {
         let values = vec![T::ZERO; analysis.entries()];
         let n = analysis.order.len() * B;
-        let memory = MemBuffer::try_new(T::scratch(&analysis.symbolic)).ok()?;
+        let scratch = T::scratch(&analysis.symbolic).or(T::solve_scratch(&analysis.symbolic, 1));
+        let memory = MemBuffer::try_new(scratch).ok()?;
         let mut factor = Self { values, scaling: Vec::new(), balance: Vec::new(), work: vec![T::ZERO; n], memory };
         factor.refresh(analysis, a, scaling).then_some(factor)
     }
@@ -250,7 +259,7 @@ impl<T: Precision> Factor<T> {
         self.scaling = analysis.order.iter().flat_map(|&node| scaling[node as usize]).collect();
         self.balance = analysis.order.iter().map(|&node| balance[node as usize]).collect();
         let lower = SparseColMatRef::new(analysis.columns.view(), &numbers[..]);
-        T::factorize(&mut self.values, lower, &signs, &analysis.symbolic, &mut self.memory)
+        T::factorize(&mut self.values, lower, &signs, &analysis.symbolic, &mut self.memory).is_some()
     }
 
     /// z = S (L D Lᵀ)⁻¹ S R r.

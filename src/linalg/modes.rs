@@ -50,7 +50,7 @@ pub fn lowest_modes(stiffness: &SparseMatrix, mass: &SparseMatrix, count: usize)
     let count = count.min(n);
     let shift = SHIFT * largest_ratio(stiffness, mass);
     let shifted: Vec<_> = mass.triplets().map(|(row, column, value)| (row, column, shift * value)).collect();
-    let factor = PreconditioningFactor::new(&stiffness.with(&shifted))?;
+    let factor = PreconditioningFactor::double(&stiffness.with(&shifted))?;
     let mut vectors: Vec<Vec<f64>> = (0..(count + SPARE).min(n)).map(|k| start(k, n)).collect();
     let mut last = vec![f64::INFINITY; count];
     let mut values = Vec::new();

@@ -131,7 +131,7 @@ impl<const B: usize> LinearSolver<B> {
     pub fn solve_bordered(
         &mut self,
         a: &BlockMatrix<B>,
-        border: &mut dyn Border<B>,
+        border: &dyn Border<B>,
         b: [&[f64]; 2],
         x: [&mut [f64]; 2],
     ) -> Result<SolveOutcome, NotConverged> {
@@ -146,7 +146,7 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// Solves a system whose unknowns are `x`.
-    fn solve_flat(&mut self, mut system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
+    fn solve_flat(&mut self, system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
         let mut residual = vec![0.0; x.len()];
         let reference = scaled_norm(system.b, system.scaling, &mut residual);
         if reference == 0.0 {
@@ -161,9 +161,9 @@ impl<const B: usize> LinearSolver<B> {
                 self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
                 fresh = true;
             }
-            self.take_up(&mut system);
+            self.take_up(&system);
             let limits = self.limits(fresh, system.border.is_some(), self.options.tolerance * reference);
-            let attempt = self.attempt(&mut system, x, &mut residual, limits);
+            let attempt = self.attempt(&system, x, &mut residual, limits);
             iterations += attempt.history.len() - 1;
             history.extend(attempt.history.iter().map(|r| r / reference));
             if attempt.converged {
@@ -273,13 +273,7 @@ impl<const B: usize> LinearSolver<B> {
         Limits { target, restart: self.options.restart, iterations, patience }
     }
 
-    fn attempt(
-        &mut self,
-        system: &mut BorderedMatrix<B>,
-        x: &mut [f64],
-        residual: &mut [f64],
-        limits: Limits,
-    ) -> Attempt {
+    fn attempt(&mut self, system: &BorderedMatrix<B>, x: &mut [f64], residual: &mut [f64], limits: Limits) -> Attempt {
         let workspace = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
         let coarse = self.coarse.as_ref();
@@ -289,20 +283,19 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// Makes the coarse correction ready for the border of a system.
-    fn take_up(&mut self, system: &mut BorderedMatrix<B>) {
-        let Some(border) = &mut system.border else { return };
+    fn take_up(&mut self, system: &BorderedMatrix<B>) {
+        let Some(border) = system.border else { return };
         let own = system.a.pattern.rows() * B;
         let unknowns = system.b.len() - own;
-        let is_kept = |coarse: &mut CoarseCorrection<B>| coarse.serves(unknowns) && coarse.take_up(*border);
+        let is_kept = |coarse: &mut CoarseCorrection<B>| coarse.serves(unknowns) && coarse.take_up(border);
         if !self.coarse.as_mut().is_some_and(is_kept) {
             let (analysis, preconditioner) = (self.analysis.as_ref(), &mut self.preconditioner);
             let mut solve_mesh = |r: &[[f64; B]], x: &mut [[f64; B]]| match preconditioner {
                 Some(preconditioner) => preconditioner.apply(analysis, r, x),
                 None => x.copy_from_slice(r),
             };
-            let mut coarse =
-                CoarseCorrection::new(*border, own / B, &self.compliance.inverse_diagonal, &mut solve_mesh);
-            coarse.take_up(*border);
+            let mut coarse = CoarseCorrection::new(border, own / B, &self.compliance.inverse_diagonal, &mut solve_mesh);
+            coarse.take_up(border);
             self.coarse = Some(coarse);
         }
     }

@@ -2,11 +2,15 @@
 //!
 //! For parts of a system that have no mesh of simplices, as elastic solids. S scales the diagonal to ±1.
 
+use crate::parallel;
 use faer::MatMut;
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use std::ops::Range;
+
+/// Rows per piece of a parallel loop.
+const ROWS_PER_PIECE: usize = 128;
 
 /// A square sparse matrix by compressed rows; columns ascend within a row.
 ///
@@ -49,30 +53,65 @@ impl SparseMatrix {
     /// A matrix of `rows` rows and columns, from entries (row, column, value); those at one place are added in their
     /// order.
     pub fn from_triplets(rows: usize, entries: Vec<(u32, u32, f64)>) -> Self {
-        let mut matrix = Self {
-            start: Vec::with_capacity(rows + 1),
-            columns: Vec::new(),
-            values: Vec::with_capacity(entries.len()),
-        };
-        let (first, mut sorted) = by_row(rows, entries);
-        matrix.start.push(0);
-        for row in 0..rows {
-            let own = &mut sorted[first[row] as usize..first[row + 1] as usize];
-            // Stable, so that sums have one order.
-            own.sort_by_key(|&(column, _)| column);
-            let begin = matrix.columns.len();
-            for &mut (column, value) in own {
-                if matrix.columns.len() > begin && matrix.columns.last() == Some(&column) {
-                    let last = matrix.values.len() - 1;
-                    matrix.values[last] += value;
-                } else {
-                    matrix.columns.push(column);
-                    matrix.values.push(value);
-                }
+        let (first, sorted) = by_row(rows, entries);
+        Self::from_rows(rows, |row, sums| {
+            sums.extend(&sorted[first[row] as usize..first[row + 1] as usize]);
+            Self::sum_alike(sums);
+        })
+    }
+
+    /// Orders entries (column, value) of a row, and adds those of one column in their order.
+    pub(super) fn sum_alike(entries: &mut Vec<(u32, f64)>) {
+        // Stable, so that sums have one order.
+        entries.sort_by_key(|&(column, _)| column);
+        entries.dedup_by(|next, last| {
+            let is_same = next.0 == last.0;
+            if is_same {
+                last.1 += next.1;
             }
-            matrix.start.push(matrix.columns.len() as u32);
+            is_same
+        });
+    }
+
+    /// A matrix of `rows` rows, of which `entries_of` adds the entries (column, value) to an empty list, columns ascending.
+    pub fn from_rows(rows: usize, entries_of: impl Fn(usize, &mut Vec<(u32, f64)>) + Sync) -> Self {
+        let pieces = parallel::map_ranges(rows, ROWS_PER_PIECE, |range| {
+            let (mut of_row, mut counts, mut all) = (Vec::new(), Vec::with_capacity(range.len()), Vec::new());
+            for row in range {
+                of_row.clear();
+                entries_of(row, &mut of_row);
+                counts.push(of_row.len() as u32);
+                all.extend_from_slice(&of_row);
+            }
+            (counts, all)
+        });
+        let count = pieces.iter().map(|(_, all)| all.len()).sum();
+        let mut start = Vec::with_capacity(rows + 1);
+        let (mut columns, mut values) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        start.push(0);
+        for (counts, all) in pieces {
+            for count in counts {
+                start.push(start.last().map_or(0, |end| end + count));
+            }
+            columns.extend(all.iter().map(|(column, _)| column));
+            values.extend(all.iter().map(|(_, value)| value));
         }
-        matrix
+        Self { start, columns, values }
+    }
+
+    /// Aᵀ.
+    pub fn transposed(&self) -> Self {
+        let mut start = vec![0u32; self.start.len()];
+        self.columns.iter().for_each(|&column| start[column as usize + 1] += 1);
+        (1..start.len()).for_each(|k| start[k] += start[k - 1]);
+        let mut next = start.clone();
+        let (mut columns, mut values) = (vec![0; self.columns.len()], vec![0.0; self.columns.len()]);
+        for (row, column, value) in self.triplets() {
+            let place = &mut next[column as usize];
+            (columns[*place as usize], values[*place as usize]) = (row, value);
+            *place += 1;
+        }
+        Self { start, columns, values }
     }
 
     /// Number of rows.
@@ -95,6 +134,15 @@ impl SparseMatrix {
     pub fn triplets(&self) -> impl Iterator<Item = (u32, u32, f64)> + '_ {
         let of_row = move |row: usize| self.row(row).map(move |n| (row as u32, self.columns[n], self.values[n]));
         (0..self.rows()).flat_map(of_row)
+    }
+
+    /// Appends rows and columns with these entries on the diagonal alone.
+    pub fn append_diagonal(&mut self, entries: impl Iterator<Item = f64>) {
+        for entry in entries {
+            self.columns.push(self.rows() as u32);
+            self.values.push(entry);
+            self.start.push(self.columns.len() as u32);
+        }
     }
 
     /// The matrix with more entries (row, column, value) added.

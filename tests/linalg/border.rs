@@ -5,8 +5,8 @@
 //! of this program: they guard that the preconditioner of the border stays effective.
 
 use lateen::linalg::{
-    BlockMatrix, Border, BorderedRows, BorderedVector, LinearSolver, Pattern, SolverKind, SolverOptions, SparseFactor,
-    SparseMatrix,
+    BlockMatrix, Border, BorderedRows, BorderedVector, LinearSolver, NearAndBorder, Pattern, SolverKind, SolverOptions,
+    SparseFactor, SparseMatrix,
 };
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
@@ -117,9 +117,10 @@ impl Border<3> for MovingBottom {
         &[]
     }
 
-    fn solve(&mut self, _: &mut [[f64; 3]], own: &mut [f64]) {
-        let r = own.to_vec();
-        self.factor.solve(&r, own);
+    fn solve(&self, sides: &mut [NearAndBorder<3>]) {
+        let mut borders: Vec<Vec<f64>> = sides.iter().map(|side| side.border.clone()).collect();
+        self.factor.solve_all(&mut borders);
+        sides.iter_mut().zip(borders).for_each(|(side, border)| side.border = border);
     }
 }
 
@@ -170,7 +171,7 @@ fn solve_between(
 ) -> usize {
     let free = fluid(mesh, 1e-4);
     let a = held(&free, &walls);
-    let mut bottom_motion = MovingBottom::new(mesh, free, (count, mass), walls.clone());
+    let bottom_motion = MovingBottom::new(mesh, free, (count, mass), walls.clone());
     let wave = |k: usize| (1.0 + 0.37 * k as f64).sin();
     let moves = |i: usize, k: usize| if k < 2 && walls[i] { 0.0 } else { wave(3 * i + k) };
     let x: Vec<[f64; 3]> = (0..walls.len()).map(|i| std::array::from_fn(|k| moves(i, k))).collect();
@@ -179,8 +180,7 @@ fn solve_between(
     a.multiply(&x, &mut b);
     bottom_motion.multiply(BorderedVector { mesh: &x, border: &y }, BorderedRows { mesh: &mut b, border: &mut c });
     let (mut own, mut others) = (vec![0.0; 3 * x.len()], vec![0.0; count]);
-    let outcome =
-        solver.solve_bordered(&a, &mut bottom_motion, [b.as_flattened(), &c], [&mut own, &mut others]).unwrap();
+    let outcome = solver.solve_bordered(&a, &bottom_motion, [b.as_flattened(), &c], [&mut own, &mut others]).unwrap();
     let error = |found: &[f64], exact: &[f64]| found.iter().zip(exact).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max);
     assert!(error(&own, x.as_flattened()) < 1e-5 && error(&others, &y) < 1e-5, "{count} {mass}");
     outcome.iterations

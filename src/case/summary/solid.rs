@@ -83,7 +83,7 @@ pub(super) fn factor_memory<const D: usize>(solids: &[SolidSetup<D>]) -> f64 {
     elastic
         .map(|solid| {
             D.pow(2) as f64
-                * node_numbers(&solid.mesh).map_or(f64::INFINITY, |[own, factor]| 8.0 * factor + ENTRY * own)
+                * node_numbers(&solid.mesh).map_or(f64::INFINITY, |[own, factor]| 4.0 * factor + ENTRY * own)
         })
         .sum()
 }

@@ -79,7 +79,7 @@ impl<const N: usize> LinearSystem<N> {
         let load = std::mem::take(&mut border.load);
         let mut solids = border.start(&immersed.independent);
         let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];
-        let outcome = self.solver.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x);
+        let outcome = self.solver.solve_bordered(&self.matrix, &border, [self.rhs.as_flattened(), &load], x);
         immersed.independent = border.independent(&solids);
         immersed.velocity = border.velocity(&immersed.independent);
         Ok(outcome)

@@ -205,7 +205,7 @@ impl<const D: usize> StepContacts<D> {
     /// solution without it, as where nothing holds one without inertia.
     fn search_without_fluid(&mut self, solution: &SolutionVelocities<D>, equations: &mut SolidEquations) -> Option<()> {
         let none = vec![0.0; equations.rhs.len()];
-        let (matrix, rhs) = equations.independent(Vec::new(), &none);
+        let (matrix, rhs) = equations.independent(&[], &none);
         let mut fluid = vec![0.0; rhs.len()];
         matrix.multiply(&solution.independent, &mut fluid);
         fluid.iter_mut().zip(&rhs).for_each(|(fluid, rhs)| *fluid -= rhs);
@@ -216,7 +216,7 @@ impl<const D: usize> StepContacts<D> {
                 break;
             }
             self.replace(equations);
-            let (matrix, mut rhs) = equations.independent(Vec::new(), &none);
+            let (matrix, mut rhs) = equations.independent(&[], &none);
             rhs.iter_mut().zip(&fluid).for_each(|(rhs, fluid)| *rhs += fluid);
             let renewed = match factor.take() {
                 Some(factor) => factor.renewed(&matrix),

@@ -12,7 +12,9 @@ use super::element::CoupledElement;
 use super::immersed::Immersed;
 use super::near_nodes::NearNodes;
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, Border, BorderedRows, BorderedVector, PressureCompliance, SparseMatrix};
+use crate::linalg::{
+    BlockMatrix, Border, BorderedRows, BorderedVector, NearAndBorder, PressureCompliance, SparseMatrix,
+};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
@@ -59,10 +61,8 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         }
         let entries = among_solids(&immersed.elements);
         let fixed = prescribed(equations, &entries);
-        let (matrix, mut load) = equations.independent(entries, &load);
-        let first = load.len() as u32;
-        let rows = (first..).zip(&fixed).map(|(k, &(size, _))| (k, k, size));
-        let matrix = SparseMatrix::from_triplets(load.len() + fixed.len(), matrix.triplets().chain(rows).collect());
+        let (mut matrix, mut load) = equations.independent(&entries, &load);
+        matrix.append_diagonal(fixed.iter().map(|&(size, _)| size));
         load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
         let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid)?;
         let diagonal: Vec<f64> = matrix.scaling().iter().map(|s| s.powi(-2)).collect();
@@ -185,7 +185,7 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         &self.near.nodes
     }
 
-    fn solve(&mut self, near: &mut [[f64; N]], own: &mut [f64]) {
-        self.near.solve(near, own);
+    fn solve(&self, sides: &mut [NearAndBorder<N>]) {
+        self.near.solve(sides);
     }
 }

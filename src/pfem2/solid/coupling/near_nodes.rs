@@ -9,7 +9,7 @@
 //! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
 
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, PreconditioningFactor, SparseMatrix};
+use crate::linalg::{BlockMatrix, NearAndBorder, PreconditioningFactor, SparseMatrix};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
 /// ε: share of a node's diagonal that solids have, above which the node is solved with them.
@@ -20,8 +20,6 @@ pub struct NearNodes {
     /// The nodes, ascending.
     pub nodes: Vec<u32>,
     factor: PreconditioningFactor,
-    work: Vec<f64>,
-    solution: Vec<f64>,
 }
 
 impl NearNodes {
@@ -57,20 +55,24 @@ impl NearNodes {
         let unknowns = border.rows() + nodes.len() * D;
         let matrix = SparseMatrix::from_triplets(unknowns, entries);
         let factor = PreconditioningFactor::new(&matrix)?;
-        Some(Self { nodes, factor, work: vec![0.0; unknowns], solution: vec![0.0; unknowns] })
+        Some(Self { nodes, factor })
     }
 
-    /// Solves for the velocities of the near nodes and of the border, from the residuals of their rows.
-    pub fn solve<const N: usize>(&mut self, near: &mut [[f64; N]], own: &mut [f64]) {
-        let (border, velocities) = self.work.split_at_mut(own.len());
-        border.copy_from_slice(own);
-        velocities.chunks_exact_mut(N - 1).zip(&*near).for_each(|(v, near)| v.copy_from_slice(&near[..N - 1]));
-        self.factor.solve(&self.work, &mut self.solution);
-        let (border, velocities) = self.solution.split_at(own.len());
-        own.copy_from_slice(border);
-        for (near, v) in near.iter_mut().zip(velocities.chunks_exact(N - 1)) {
-            near[..N - 1].copy_from_slice(v);
-            near[N - 1] = 0.0;
+    /// Solves for the velocities of the near nodes and of the border, from the residuals of their rows, for several right-hand sides.
+    pub fn solve<const N: usize>(&self, sides: &mut [NearAndBorder<N>]) {
+        let together = |side: &NearAndBorder<N>| {
+            let velocities = side.near.iter().flat_map(|near| &near[..N - 1]);
+            side.border.iter().chain(velocities).copied().collect()
+        };
+        let mut vectors: Vec<Vec<f64>> = sides.iter().map(together).collect();
+        self.factor.solve_all(&mut vectors);
+        for (side, solution) in sides.iter_mut().zip(&vectors) {
+            let (border, velocities) = solution.split_at(side.border.len());
+            side.border.copy_from_slice(border);
+            for (near, v) in side.near.iter_mut().zip(velocities.chunks_exact(N - 1)) {
+                near[..N - 1].copy_from_slice(v);
+                near[N - 1] = 0.0;
+            }
         }
     }
 }
@@ -112,16 +114,21 @@ mod tests {
         let mut velocities = IndependentVelocities::default();
         let first = velocities.add(&[0.0, 0.0]);
         (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
-        let mut nodes = NearNodes::new(&border, &couplings, &velocities, &fluid).unwrap();
+        let nodes = NearNodes::new(&border, &couplings, &velocities, &fluid).unwrap();
         assert_eq!(nodes.nodes, [1]);
-        let (mut near, mut own) = ([[1.0, 2.0, 7.0]], [3.0, 4.0]);
-        nodes.solve(&mut near, &mut own);
+        let mut sides = [1.0, -2.0]
+            .map(|c| NearAndBorder { near: vec![[1.0, 2.0, 7.0].map(|r| c * r)], border: vec![3.0 * c, 4.0 * c] });
+        nodes.solve(&mut sides);
         for axis in 0..2 {
             let (q, r) = ([1.0, 2.0][axis], [3.0, 4.0][axis]);
             let y = (r + k / a * q) / (s - k * k / a);
-            assert!((own[axis] - y).abs() < 1e-13, "{own:?}");
-            assert!((near[0][axis] - (q + k * y) / a).abs() < 1e-13, "{near:?}");
+            for (side, c) in sides.iter().zip([1.0, -2.0]) {
+                // To single numbers: y counts s + k²/a against s − k²/a.
+                let near = |found: f64, exact: f64| (found / exact - 1.0).abs() < 20.0 * f64::from(f32::EPSILON);
+                assert!(near(side.border[axis], c * y), "{side:?}");
+                assert!(near(side.near[0][axis], c * (q + k * y) / a), "{side:?}");
+            }
         }
-        assert_eq!(near[0][2], 0.0);
+        assert_eq!(sides.map(|side| side.near[0][2]), [0.0; 2]);
     }
 }

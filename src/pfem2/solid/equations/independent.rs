@@ -11,6 +11,11 @@
 
 use crate::linalg::SparseMatrix;
 use crate::math::Vector;
+use crate::parallel;
+use std::ops::Range;
+
+/// Rows per piece of a parallel loop.
+const ROWS_PER_PIECE: usize = 128;
 
 /// The map from independent velocities to those of all nodes.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,20 +121,41 @@ impl IndependentVelocities {
         sum
     }
 
-    /// Entries of Tᵀ S T and the right-hand side Tᵀ (r − S v̄), of those of S and r [N].
+    /// Entries of Tᵀ S T and the right-hand side Tᵀ (r − S v̄), of S, as a matrix and more entries, and r [N].
     pub fn reduced(
         &self,
-        entries: impl Iterator<Item = (u32, u32, f64)>,
+        matrix: &SparseMatrix,
+        more: &[(u32, u32, f64)],
         mut rhs: Vec<f64>,
     ) -> (Vec<(u32, u32, f64)>, Vec<f64>) {
-        let mut reduced = Vec::new();
-        for (row, column, value) in entries.filter(|(.., value)| *value != 0.0) {
-            rhs[row as usize] -= value * self.prescribed[column as usize];
+        let of_rows = |rows: Range<usize>| {
+            let mut reduced = Vec::with_capacity(matrix.row(rows.end - 1).end - matrix.row(rows.start).start);
+            let of_row = |row: usize| {
+                let entries = matrix.row(row).map(|n| (row as u32, matrix.columns[n], matrix.values[n]));
+                entries.fold(rhs[row], |rhs, entry| rhs - self.reduce(entry, &mut reduced))
+            };
+            let rhs: Vec<f64> = rows.map(of_row).collect();
+            (reduced, rhs)
+        };
+        let (pieces, sums): (Vec<_>, Vec<_>) =
+            parallel::map_ranges(matrix.rows(), ROWS_PER_PIECE, of_rows).into_iter().unzip();
+        rhs = sums.concat();
+        let mut of_more = Vec::new();
+        for &entry in more {
+            rhs[entry.0 as usize] -= self.reduce(entry, &mut of_more);
+        }
+        let reduced = pieces.into_iter().chain([of_more]).collect::<Vec<_>>().concat();
+        (reduced, self.gathered(&rhs))
+    }
+
+    /// Adds the entries of Tᵀ S T that an entry of S makes; returns its part of S v̄.
+    fn reduce(&self, (row, column, value): (u32, u32, f64), reduced: &mut Vec<(u32, u32, f64)>) -> f64 {
+        if value != 0.0 {
             for (i, left) in self.row(row as usize) {
                 reduced.extend(self.row(column as usize).map(|(j, right)| (i, j, left * value * right)));
             }
         }
-        (reduced, self.gathered(&rhs))
+        value * self.prescribed[column as usize]
     }
 
     /// The matrix with these entries; those that are missing on the diagonal are there, too.
@@ -153,8 +179,9 @@ mod tests {
         velocities.push(&[(first, 0.5)], 0.0);
         velocities.push(&[], 2.0);
         let spring = |i: u32, j: u32, k: f64| [(i, i, k), (j, j, k), (i, j, -k), (j, i, -k)];
-        let entries = spring(0, 1, 3.0).into_iter().chain(spring(0, 2, 5.0));
-        let (entries, rhs) = velocities.reduced(entries, vec![7.0, 0.0, 0.0]);
+        let entries = spring(0, 1, 3.0).into_iter();
+        let matrix = SparseMatrix::from_triplets(3, entries.collect());
+        let (entries, rhs) = velocities.reduced(&matrix, &spring(0, 2, 5.0), vec![7.0, 0.0, 0.0]);
         let matrix = velocities.matrix(entries);
         assert!((matrix.values[0] - 5.75).abs() < 1e-14 && (rhs[0] - 17.0).abs() < 1e-14, "{matrix:?} {rhs:?}");
         assert_eq!(velocities.nodal(&[4.0]), [4.0, 2.0, 2.0]);

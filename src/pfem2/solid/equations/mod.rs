@@ -50,11 +50,11 @@ pub struct IndependentInertia {
 impl SolidEquations {
     /// The equations of the independent velocities, where the fluid adds these entries and right-hand sides to those
     /// of all nodes.
-    pub fn independent(&self, fluid: Vec<(u32, u32, f64)>, fluid_rhs: &[f64]) -> (SparseMatrix, Vec<f64>) {
+    pub fn independent(&self, fluid: &[(u32, u32, f64)], fluid_rhs: &[f64]) -> (SparseMatrix, Vec<f64>) {
         let mut rhs: Vec<f64> = self.rhs.iter().zip(fluid_rhs).map(|(own, fluid)| own + fluid).collect();
         self.linear.loads.iter().for_each(|&(k, load)| rhs[k as usize] += load);
-        let all = self.matrix.triplets().chain(self.linear.entries.iter().copied()).chain(fluid);
-        let (mut entries, mut rhs) = self.velocities.reduced(all, rhs);
+        let (mut entries, mut rhs) =
+            self.velocities.reduced(&self.matrix, &[&self.linear.entries[..], fluid].concat(), rhs);
         entries.extend(&self.inertia.entries);
         self.inertia.loads.iter().for_each(|&(k, load)| rhs[k as usize] += load);
         (self.velocities.matrix(entries), rhs)

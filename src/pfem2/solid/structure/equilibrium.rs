@@ -68,7 +68,7 @@ impl<const D: usize> Structure<D> {
         let extent = self.extent();
         for iteration in 0..ITERATIONS {
             let (equations, scale) = self.imbalance(t, load, gravity)?;
-            let (matrix, rhs) = equations.independent(Vec::new(), &vec![0.0; equations.rhs.len()]);
+            let (matrix, rhs) = equations.independent(&[], &vec![0.0; equations.rhs.len()]);
             excess = rhs.iter().fold(0.0, |most: f64, r| most.max(r.abs())) / scale.max(f64::MIN_POSITIVE);
             if excess <= TOLERANCE {
                 return Ok(iteration);

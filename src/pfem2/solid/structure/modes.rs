@@ -34,7 +34,7 @@ impl<const D: usize> Structure<D> {
         let reduced = |matrix: SparseMatrix, linear: LinearForces| {
             let rhs = vec![0.0; matrix.rows()];
             let (inertia, velocities) = (IndependentInertia::default(), velocities.clone());
-            SolidEquations { matrix, rhs: rhs.clone(), linear, inertia, velocities }.independent(Vec::new(), &rhs).0
+            SolidEquations { matrix, rhs: rhs.clone(), linear, inertia, velocities }.independent(&[], &rhs).0
         };
         let Some(stiffness) = self.reference_stiffness() else { return Vec::new() };
         let mut springs = LinearForces::default();

@@ -66,7 +66,7 @@ impl<const D: usize> SolidsAlone<D> {
         let (t_end, delta) = ((self.steps + 1) as f64 * self.dt, shares.end * shares.dt);
         let prediction = self.structure.predict(t_end, shares, weights).unwrap();
         let equations = self.structure.equations(t_end, delta, &prediction, |_| gravity).unwrap();
-        let (matrix, rhs) = equations.independent(Vec::new(), &vec![0.0; equations.rhs.len()]);
+        let (matrix, rhs) = equations.independent(&[], &vec![0.0; equations.rhs.len()]);
         let factor = match self.factor.take() {
             Some(factor) => factor.renewed(&matrix),
             None => SparseFactor::new(&matrix),
