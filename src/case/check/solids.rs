@@ -14,7 +14,8 @@ use crate::pfem2::solid::setup::{HeldNodes, SolidSetup};
 /// Elements across the thinnest part of a solid below which it bends too stiffly.
 const ACROSS: usize = 2;
 
-/// Elements of the fluid's mesh across the thinnest part of a solid below which the flow on its two sides isn't told apart.
+/// Elements of the fluid's mesh across the thinnest part of a solid below which the flow on its two sides isn't told
+/// apart.
 const CELLS_ACROSS: f64 = 3.0;
 
 impl SolidSummary {

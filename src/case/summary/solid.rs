@@ -33,7 +33,8 @@ pub struct SolidSummary {
     pub across: usize,
     /// Elements of the fluid's mesh across it; `None` outside of that mesh.
     pub cells_across: Option<f64>,
-    /// The same along the way that it is likely to take; `None` if it stays where it is, as far as that can be foreseen.
+    /// The same along the way that it is likely to take; `None` if it stays where it is, as far as that can be
+    /// foreseen.
     pub path: Option<PathResolution>,
 }
 

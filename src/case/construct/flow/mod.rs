@@ -80,7 +80,8 @@ struct FlowBodies<const D: usize> {
 }
 
 impl Construction<'_> {
-    /// Notes the longest periods of elastic solids, lets fluids glide where their layers aren't resolved, and foresees where solids come to.
+    /// Notes the longest periods of elastic solids, lets fluids glide where their layers aren't resolved, and foresees
+    /// where solids come to.
     fn foresee<const D: usize, const N: usize>(
         &mut self,
         structure: &mut Structure<D>,

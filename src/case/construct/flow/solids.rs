@@ -217,7 +217,8 @@ pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &
     (!all.is_empty()).then(|| format!("longest periods of solids, without the fluid: {}", all.join("; ")))
 }
 
-/// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest part.
+/// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest
+/// part.
 fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
     let mesh = QuadraticMesh::fill(region, cell, dimension)?;
     let place = mesh.thinnest();
@@ -227,7 +228,8 @@ fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh,
     QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension)
 }
 
-/// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the nearest one.
+/// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the
+/// nearest one.
 fn cell_at<const D: usize, const N: usize>(mesh: &Mesh<D, N>, region: &Region) -> f64 {
     let bounds = region.bounds();
     let middle = Vector::<D>::from_fn(|i| 0.5 * (bounds.lower[i] + bounds.upper[i]));

@@ -5,8 +5,8 @@
 //! | elastic, with supports | deflection under loads, weight less buoyancy and the drag of a stream; swings from its velocity at the start and in a stream (`deflected.rs`) |
 //! | rigid, or elastic without supports | flight under weight less buoyancy, as springs, guides and prescribed motions let it, also with a stream (`drifting.rs`) |
 //!
-//! It is an estimate, without the resistance and the added mass of the fluid: where it says that three elements lie across a solid, they
-//! lie there; where it warns, the solid may stay nearer.
+//! It is an estimate, without the resistance and the added mass of the fluid: where it says that three elements lie
+//! across a solid, they lie there; where it warns, the solid may stay nearer.
 
 mod deflected;
 mod drifting;

@@ -71,8 +71,8 @@ struct Thick<const D: usize> {
     node: usize,
 }
 
-/// The fewest elements across a solid in all of these placements and where it starts; `None` without a placement that moves it, or outside
-/// of the mesh.
+/// The fewest elements across a solid in all of these placements and where it starts; `None` without a placement that
+/// moves it, or outside of the mesh.
 pub(super) fn along<const D: usize, const N: usize>(
     setup: &SolidSetup<D>,
     placements: &[Placement<D>],
