@@ -23,6 +23,7 @@ mod preset;
 mod quantity;
 mod reference;
 mod report;
+mod resolution;
 mod schema;
 mod signal;
 mod solid;

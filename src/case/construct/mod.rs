@@ -10,9 +10,8 @@ mod signals;
 mod support;
 mod traction;
 
-pub(super) use flow::{MeshSizes, PathResolution, shown};
-
 use super::mpm::GridSpec;
+use super::resolution::PathResolution;
 use super::schema::Method;
 use super::summary::CaseSummary;
 use super::{Case, Side, Units, check, names};

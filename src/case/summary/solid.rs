@@ -1,6 +1,6 @@
 //! Size of a solid in the fluids of PFEM-2.
 
-use crate::case::construct::{MeshSizes, PathResolution, shown};
+use crate::case::resolution::{MeshSizes, PathResolution, shown};
 use crate::linalg::{SparseMatrix, factor_numbers};
 use crate::mesh::Locator;
 use crate::pfem2;

@@ -5,7 +5,7 @@
 //! them: a whole element of fluid would stick to the solid (theory (J.6a)).
 
 use super::path::SolidSurroundings;
-use super::solids::size_of;
+use crate::case::resolution::size_of;
 use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};

@@ -14,9 +14,8 @@ mod solids;
 mod through;
 
 use path::SolidSurroundings;
-pub(in crate::case) use path::{MeshSizes, PathResolution, shown};
 use prestress::incompressible;
-use solids::{MODES, natural_periods, size_of};
+use solids::{MODES, natural_periods};
 
 use super::signals::TrialPoints;
 use super::{Construction, Model, guarded, has_errors};

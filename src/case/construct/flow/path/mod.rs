@@ -15,6 +15,7 @@ mod stream;
 
 use super::fluids::{InitialFluid, part_at};
 use crate::case::CaseFile;
+use crate::case::resolution::{MeshSizes, PathResolution};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::boundary::BoundarySetup;
@@ -22,7 +23,6 @@ use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;
-pub(in crate::case) use resolution::{MeshSizes, PathResolution, shown};
 use std::ops::Range;
 use stream::AmbientStream;
 
