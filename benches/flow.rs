@@ -12,8 +12,9 @@
 //! level set, assembly, the linear solver, the ledger. The stage *particles* is what `correct`, `convect`,
 //! `interface` and `project` take, *mesh* is `solve` and `account`. Times are of the clock.
 //!
-//! With *solid* the box is full of one fluid, in which an elastic block of a third of its side moves along in the middle of the vortex or doesn't; both have the
-//! stabilisation of cases with solids. The first step, in which patterns are analysed, is told apart. The last line is the ratio of the steps after the third.
+//! With *solid* the box is full of one fluid, in which an elastic block of a third of its side moves along in the
+//! middle of the vortex or doesn't; both have the stabilisation of cases with solids. The first step, in which patterns
+//! are analysed, is told apart. The last line is the ratio of the steps after the third.
 
 use lateen::case::{Case, Source};
 use std::process::Command;

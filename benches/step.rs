@@ -2,17 +2,16 @@
 //! particles per cell.
 //!
 //! `cargo bench --bench step -- [thousands of particles] [steps] [a kernel|lian-2014|recommended]`; by
-//! default 128 and 1024 thousand with all of them. With the name of a kernel the step is the shortest that the method has
-//! (FLIP, stress last, no averaging against locking: two sweeps); the presets are what a case of an inviscid liquid gets.
-//! `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
-//! transfers, equation of state, walls, ledger, health check. The column is measured as it begins to fall, and while it
-//! flows (a stagnation flow of up to 3 m/s, as in the middle of a collapse), when particles must be sorted again and
-//! again.
+//! default 128 and 1024 thousand with all of them. With the name of a kernel the step is the shortest that the method
+//! has (FLIP, stress last, no averaging against locking: two sweeps); the presets are what a case of an inviscid liquid
+//! gets. `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting, transfers,
+//! equation of state, walls, ledger, health check. The column is measured as it begins to fall, and while it flows (a
+//! stagnation flow of up to 3 m/s, as in the middle of a collapse), when particles must be sorted again and again.
 //!
 //! The same process then runs a plain loop over the same column (dense grid, one particle at a time, no sorting, no
-//! ledger, one thread) as a yardstick, so that a busy machine still gives a ratio. Its particles lie in an order that has
-//! nothing to do with their places, which is what a code that never sorts ends with (*unsorted*, the ratio that counts),
-//! or row by row, as the lattice was made: a sorted order.
+//! ledger, one thread) as a yardstick, so that a busy machine still gives a ratio. Its particles lie in an order that
+//! has nothing to do with their places, which is what a code that never sorts ends with (*unsorted*, the ratio that
+//! counts), or row by row, as the lattice was made: a sorted order.
 //!
 //! Stages are compared with the time in which the memory of this machine could move what they must read and write of
 //! the particles (triad in the same process).

@@ -199,13 +199,14 @@ pub struct StepError {
 }
 
 impl StepError {
-    /// An error at a place, with the value of a quantity that shows it, and what to try. Time and step are zero: the step and the time
-    /// loop fill them in.
+    /// An error at a place, with the value of a quantity that shows it, and what to try. Time and step are zero: the
+    /// step and the time loop fill them in.
     ///
     /// ```
     /// use lateen::error::{Place, StepError};
     ///
-    /// let error = StepError::new(Place::Everywhere, "the energy is not a number", "energy", f64::NAN, "lower `mpm.safety`");
+    /// let advice = "lower `mpm.safety`";
+    /// let error = StepError::new(Place::Everywhere, "the energy is not a number", "energy", f64::NAN, advice);
     /// assert!(error.to_string().contains("everywhere: energy = NaN"));
     /// ```
     pub fn new(

@@ -3,8 +3,8 @@
 //! Two methods, one program:
 //! * [`mpm`]: the explicit material point method for fluids, gases and solids, coupled with membrane
 //!   finite elements by contact on the background grid (Lian, Liu & Zhang 2014);
-//! * [`pfem2`]: PFEM-2 for several incompressible fluids, and elastic and rigid solids in them, in one implicit system (Becker,
-//!   Idelsohn & Oñate 2015).
+//! * [`pfem2`]: PFEM-2 for several incompressible fluids, and elastic and rigid solids in them, in one implicit system
+//!   (Becker, Idelsohn & Oñate 2015).
 //!
 //! A case file describes a problem; [`case`] checks it and builds a [`simulation::Solver`]; the time
 //! loop in [`simulation`] steps it, shows snapshots to the [`output`] monitors and writes checkpoints.

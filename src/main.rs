@@ -10,8 +10,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Flow and fluid-structure interaction with particles: the material point method with membranes, and the particle finite
-/// element method (PFEM-2) for several fluids and for elastic and rigid solids in them.
+/// Flow and fluid-structure interaction with particles: the material point method with membranes, and the particle
+/// finite element method (PFEM-2) for several fluids and for elastic and rigid solids in them.
 #[derive(Parser)]
 #[command(version, arg_required_else_help = true)]
 struct Arguments {

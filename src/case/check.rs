@@ -120,7 +120,8 @@ fn sides<const D: usize>(membrane: &MembraneSetup<D>) -> [f64; 2] {
     [sum / f64::from(count.max(1)), longest]
 }
 
-/// At a free surface a node with little mass takes any velocity; APIC hands it on, and its gradient turns particles inside out.
+/// At a free surface a node with little mass takes any velocity; APIC hands it on, and its gradient turns particles
+/// inside out.
 fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     if setup.kernel != KernelKind::Linear || setup.bodies.is_empty() {
         return;
@@ -229,7 +230,8 @@ fn below(value: f64) -> f64 {
     format!("{digits:.1e}").parse().unwrap_or(digits)
 }
 
-/// Checks that probes find their targets; returns the differences between the followed and the requested places, as sentences.
+/// Checks that probes find their targets; returns the differences between the followed and the requested places, as
+/// sentences.
 pub(super) fn probes(
     file: &CaseFile,
     initial: &Snapshot<'_>,

@@ -89,7 +89,8 @@ fn shown(value: Option<&toml::Value>) -> String {
     }
 }
 
-/// Adds what identifies the files that a value names, in the order of its keys. A file that can't be read was found before.
+/// Adds what identifies the files that a value names, in the order of its keys. A file that can't be read was found
+/// before.
 fn mix(value: &toml::Value, base: &Path, contents: &mut Vec<String>) {
     match value {
         toml::Value::Table(table) => table.iter().for_each(|(key, value)| match value {

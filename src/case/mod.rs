@@ -23,6 +23,7 @@ mod preset;
 mod quantity;
 mod reference;
 mod report;
+mod resolution;
 mod schema;
 mod signal;
 mod solid;
@@ -239,7 +240,8 @@ fn read_tree(tree: &tree::PlacedValue, base: &Path, findings: &mut Vec<Diagnosti
     }
 }
 
-/// A case from its tables. The reader is behind a trait object, so that the sections are compiled for one kind of reader instead of one per level.
+/// A case from its tables. The reader is behind a trait object, so that the sections are compiled for one kind of
+/// reader instead of one per level.
 fn case_file(table: toml::Table) -> Result<CaseFile, Diagnostic> {
     let mut track = serde_path_to_error::Track::new();
     let tracked = serde_path_to_error::Deserializer::new(toml::Value::Table(table), &mut track);

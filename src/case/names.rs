@@ -1,7 +1,7 @@
-//! Names: every part has its own, and so has every file that a run writes.
+//! Names: no two parts have the same, and no two files that a run writes.
 //!
-//! Histories, fields and pictures are called after parts, probes and pictures; what is not safe in a file name becomes `-`,
-//! so that two names may mean one file. Upper and lower case count as one: not every file system tells them apart.
+//! Histories, fields and pictures are called after parts, probes and pictures; what is not safe in a file name becomes
+//! `-`, so that two names may mean one file. Upper and lower case count as one: not every file system tells them apart.
 
 use super::{CaseFile, Method};
 use crate::error::Diagnostic;
@@ -11,7 +11,8 @@ use crate::pfem2::{INTERFACE, MESH};
 use crate::simulation::Snapshot;
 use std::collections::{HashMap, HashSet};
 
-/// The longest name [bytes]: the force of a contact has two of them in the name of its file, and file systems allow 255.
+/// The longest name [bytes]: the force of a contact has two of them in the name of its file, and file systems
+/// allow 255.
 const LONGEST_NAME: usize = 100;
 
 /// True if a case may have this name, which is that of a folder.
@@ -35,8 +36,8 @@ fn unfit(name: &str) -> Option<(String, String)> {
     Some((message, "files of the run are called after it: write letters, digits, `-` and `_`".to_owned()))
 }
 
-/// True for characters that aren't seen, but change how text around them is shown or compared: controls, marks of direction
-/// (UAX #9), spaces without width, ends of lines.
+/// True for characters that aren't seen, but change how text around them is shown or compared: controls, marks of
+/// direction (UAX #9), spaces without width, ends of lines.
 fn is_hidden(c: char) -> bool {
     let invisible = ['\u{ad}', '\u{61c}', '\u{180e}', '\u{feff}'];
     c.is_control()
@@ -110,7 +111,7 @@ fn part_key(i: usize, part: &super::BoundarySpec) -> String {
 
 /// An output that writes a file.
 struct Writer {
-    /// The name that the file gets its own from.
+    /// The name of the part that gives the file its name.
     name: String,
     /// The key of the name; empty for what the case doesn't name.
     key: String,
@@ -164,7 +165,7 @@ fn probe(name: &str) -> String {
     format!("the probe `{name}`")
 }
 
-/// Forces of parts: those without a name of their own first, so that a finding is about a name that can be changed.
+/// Forces of parts: those without a name in the case first, so that a finding is about a name that can be changed.
 fn forces(file: &CaseFile, initial: &Snapshot<'_>) -> Vec<Writer> {
     let force = |name: &str| format!("the force on `{name}`");
     if file.method == Method::Pfem2 {

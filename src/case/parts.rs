@@ -17,8 +17,8 @@ pub struct BodySpec {
     /// Its region at the start; only a solid whose mesh comes from a file has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Shape>,
-    /// The mesh of a solid of `method = "pfem2"`; by default its elements are about two cells of the fluid's mesh long, and two
-    /// or more across its thinnest part.
+    /// The mesh of a solid of `method = "pfem2"`; by default its elements are about two cells of the fluid's mesh long,
+    /// and two or more across its thinnest part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<SolidMeshSpec>,
     /// The third direction of an elastic solid of `method = "pfem2"`, in 2D.
@@ -36,20 +36,23 @@ pub struct BodySpec {
     /// Inertia of an elastic solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<InertiaSpec>,
-    /// Coefficient of Coulomb's friction of a solid of `method = "pfem2"` at walls; of two solids that meet the root of their product counts.
+    /// Coefficient of Coulomb's friction of a solid of `method = "pfem2"` at walls; of two solids that meet the root of
+    /// their product counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0))]
     pub friction: Option<f64>,
-    /// Coefficient of restitution of a rigid solid of `method = "pfem2"` at walls; of two that meet the root of their product counts. Default: 0.
+    /// Coefficient of restitution of a rigid solid of `method = "pfem2"` at walls; of two that meet the root of their
+    /// product counts. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub restitution: Option<f64>,
-    /// Condition of the fluid on the surface of a solid of `method = "pfem2"`. Default: it glides along elastic solids beside which elements are
-    /// wider than half the layer that the solid slows down in its longest period and in the stream from inlets, and sticks to the others;
-    /// `lateen check` says where it glides.
+    /// Condition of the fluid on the surface of a solid of `method = "pfem2"`. Default: it glides along elastic solids
+    /// beside which elements are wider than half the layer that the solid slows down in its longest period and in the
+    /// stream from inlets, and sticks to the others; `lateen check` says where it glides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceSpec>,
-    /// A place about which the force of the fluid on a solid of `method = "pfem2"` has a moment, in the history of the force.
+    /// A place about which the force of the fluid on a solid of `method = "pfem2"` has a moment, in the history of the
+    /// force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m", "axes" = true))]
     pub moment_about: Option<[f64; 3]>,
@@ -82,18 +85,18 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "J/m^3"))]
     pub energy: Option<SignalSpec>,
-    /// Cauchy stress xx, yy, zz, xy, yz, zx at the start; may depend on x, y, z. Of an elastic solid of `method = "pfem2"` the stress that
-    /// it has in the shape in which it is given, the same everywhere.
+    /// Cauchy stress xx, yy, zz, xy, yz, zx at the start; may depend on x, y, z. Of an elastic solid of
+    /// `method = "pfem2"` the stress that it has in the shape in which it is given, the same everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa"))]
     pub stress: Option<[SignalSpec; 6]>,
-    /// Pressure of the atmosphere outside, of an ideal gas only: it acts wherever the gas ends, so that sheets and walls feel the
-    /// pressure above it. Everything that meets the gas counts pressures from it.
+    /// Pressure of the atmosphere outside, of an ideal gas only: it acts wherever the gas ends, so that sheets and
+    /// walls feel the pressure above it. Everything that meets the gas counts pressures from it.
     #[serde(default)]
     #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]
     pub ambient: f64,
-    /// Bodies with the same group share a velocity field and so stick together; by default each has its own. Closed membranes part
-    /// the inside from the outside.
+    /// Bodies with the same group share a velocity field and so stick together; by default no two share one. Closed
+    /// membranes part the inside from the outside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The law.
@@ -114,8 +117,8 @@ pub enum Material {
 }
 
 impl Material {
-    /// True for a law that solids in a fluid on a mesh can have: rigid, or elastic with a stress that follows from the deformation, not
-    /// from rates.
+    /// True for a law that solids in a fluid on a mesh can have: rigid, or elastic with a stress that follows from the
+    /// deformation, not from rates.
     pub fn is_solid(&self) -> bool {
         match self {
             Self::Point(law) if law.as_dyn().is_rigid() => true,
@@ -158,8 +161,8 @@ pub enum LatticeSpec {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TractionSpec {
-    /// The loaded part of the surface. Of material points a side, `"left"`: the outermost layer of particles towards it; of a solid of
-    /// `method = "pfem2"` sides of elements all of whose nodes are in this place.
+    /// The loaded part of the surface. Of material points a side, `"left"`: the outermost layer of particles towards
+    /// it; of a solid of `method = "pfem2"` sides of elements all of whose nodes are in this place.
     pub on: SupportPlace,
     /// Force per area of the undeformed surface, fixed in direction; or give `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -223,7 +226,8 @@ pub struct SupportSpec {
     #[serde(default)]
     #[schemars(extend("unit" = "m/s", "axes" = true))]
     pub velocity: [AxisMotion; 3],
-    /// Instead of a velocity, of a solid: stiffness of a spring per axis that pulls these nodes to where they start, of all together; 0: none.
+    /// Instead of a velocity, of a solid: stiffness of a spring per axis that pulls these nodes to where they start, of
+    /// all together; 0: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "N/m", "axes" = true))]
     pub stiffness: Option<[f64; 3]>,

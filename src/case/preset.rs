@@ -1,4 +1,5 @@
-//! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says itself.
+//! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says
+//! itself.
 
 use super::Material;
 use crate::material::{MaterialKind, PointLaws};
@@ -113,7 +114,8 @@ pub(super) fn apply(case: &mut toml::Table) {
     }
 }
 
-/// Adds the keys that are open. Tables of one `kind` are filled key by key: to set `filter-interval` alone must not turn the filter off.
+/// Adds the keys that are open. Tables of one `kind` are filled key by key: to set `filter-interval` alone must not
+/// turn the filter off.
 fn fill(open: &mut toml::Table, defaults: toml::Table) {
     for (key, default) in defaults {
         match (open.get_mut(&key), default) {

@@ -13,7 +13,8 @@ pub fn schema() -> Json {
     schema
 }
 
-/// Adds to the schema the values that the reader accepts beyond plain JSON types: quantities as text, two entries for vectors in 2D.
+/// Adds to the schema the values that the reader accepts beyond plain JSON types: quantities as text, two entries for
+/// vectors in 2D.
 fn relax(schema: &mut Json) {
     match schema {
         Json::Object(object) => {
@@ -43,7 +44,7 @@ fn quantities(schema: &mut Schema) {
     }
 }
 
-/// Sections of the reference: name in the schema, and heading. Others follow under their own names.
+/// Sections of the reference: name in the schema, and heading. Others follow under their names.
 const SECTIONS: &[(&str, &str)] = &[
     ("TimeSpec", "`[time]`"),
     ("GridSpec", "`[grid]`"),

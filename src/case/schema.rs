@@ -56,7 +56,8 @@ pub struct CaseFile {
     /// Surface tension of pairs of fluids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tension: Vec<TensionSpec>,
-    /// Bodies: of material points, or fluids on the mesh and solids in them; of fluids that overlap the first one counts.
+    /// Bodies: of material points, or fluids on the mesh and solids in them; of fluids that overlap the first one
+    /// counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodySpec>,
     /// Membranes.
@@ -86,7 +87,8 @@ impl CaseFile {
         (0..self.body.len()).filter(is_solid).collect()
     }
 
-    /// Places in `body` of the solids on particles of a case of PFEM-2: those with a rate law under the preset of the paper.
+    /// Places in `body` of the solids on particles of a case of PFEM-2: those with a rate law under the preset of the
+    /// paper.
     pub fn particle_solids(&self) -> Vec<usize> {
         (0..self.body.len()).filter(|&i| self.is_on_particles(i)).collect()
     }

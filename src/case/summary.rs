@@ -2,7 +2,7 @@
 
 mod solid;
 
-use super::construct::PathResolution;
+use super::resolution::PathResolution;
 use super::{CaseFile, LinearKind};
 use crate::linalg::Pattern;
 use crate::math::Vector;

@@ -88,8 +88,8 @@ pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
     parallel::use_threads(count).map_err(|error| Error::io("threads", error).into())
 }
 
-/// Prints a line to the standard error. Nobody may read it, the disk behind it may be full, the terminal gone: a message that
-/// can't be shown must not stop the command.
+/// Prints a line to the standard error. Nobody may read it, the disk behind it may be full, the terminal gone: a
+/// message that can't be shown must not stop the command.
 pub fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

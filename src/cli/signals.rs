@@ -1,5 +1,5 @@
-//! Signals: the first of those that end a run asks it to stop after its step, the second stops at once; a file that grows
-//! beyond what is allowed is an error of its writer.
+//! Signals: the first of those that end a run asks it to stop after its step, the second stops at once; a file that
+//! grows beyond what is allowed is an error of its writer.
 
 use lateen::error::{Error, Result};
 #[cfg(unix)]
@@ -25,7 +25,7 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>> {
             .and_then(|_| flag::register(signal, Arc::clone(&stop)))
             .map_err(refused)?;
     }
-    // A signal that is handled doesn't end the program: the write that is too long fails with an error of its own.
+    // A signal that is handled doesn't end the program: the write that is too long fails with an error.
     #[cfg(unix)]
     flag::register(SIGXFSZ, Arc::default()).map_err(refused)?;
     Ok(stop)
@@ -47,8 +47,8 @@ fn ending() -> Vec<i32> {
     signals
 }
 
-/// False where whoever started the program has told it to outlive its terminal, as `nohup` does, or where the system doesn't
-/// say (it does on Linux): bit n - 1 of `SigIgn` is set where signal n is ignored.
+/// False where whoever started the program has told it to outlive its terminal, as `nohup` does, or where the system
+/// doesn't say (it does on Linux): bit n - 1 of `SigIgn` is set where signal n is ignored.
 #[cfg(unix)]
 fn hangup_counts() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -5,8 +5,8 @@ use hashbrown::HashMap;
 
 /// Numbers of things with axis-aligned boxes, listed in every bin that their boxes touch.
 ///
-/// A bin is a cube [m³] (in 2D a square, [m²]); the list of a bin has the order in which things were added. A query reads lists by their
-/// bins and never in the order of memory.
+/// A bin is a cube [m³] (in 2D a square, [m²]); the list of a bin has the order in which things were added. A query
+/// reads lists by their bins and never in the order of memory.
 ///
 /// ```
 /// use lateen::geometry::SpatialBins;

@@ -2,7 +2,7 @@
 //!
 //! The curves of all primitives are cut where they cross each other; a piece belongs to the outline if one
 //! side of its middle lies inside the region and the other outside. So unions, intersections and
-//! differences need no case of their own.
+//! differences are no special case.
 
 use super::Region;
 use super::region::Bounds;

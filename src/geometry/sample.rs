@@ -148,7 +148,8 @@ impl Lattice {
         })
     }
 
-    /// The share of its bounds that a region fills, from its distance at the centres of cells: each is cut by a plane there.
+    /// The share of its bounds that a region fills, from its distance at the centres of cells: each is cut by a plane
+    /// there.
     fn share(&self, region: &Region, bounds: &Bounds) -> f64 {
         let n = PLACES[usize::from(self.dimension == 3)];
         let edge: [f64; 3] =

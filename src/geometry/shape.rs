@@ -1,7 +1,7 @@
 //! Regions in a case file: `{ shape = "sphere", center = [...], radius = ... }`.
 //!
-//! One struct per shape, those made of other shapes in `composed`; its fields are the keys. The case reader has converted units when a shape is
-//! built, so every number is in SI here.
+//! One struct per shape, those made of other shapes in `composed`; its fields are the keys. The case reader has
+//! converted units when a shape is built, so every number is in SI here.
 
 mod composed;
 

@@ -5,8 +5,8 @@
 //! w_p = 1/n + (X_p − C)·M⁻¹(S − C),   M = Σ (X_p − C)⊗(X_p − C),   C = Σ X_p/n      (the smallest such weights)
 //! ```
 //!
-//! A lattice fills a curved body with steps: the lowest particles of a ball of radius R on a lattice of spacing h make a
-//! flat disc of radius √(Rh), on which it would land. The points S are the corners of the lattice cells that lie
+//! A lattice fills a curved body with steps: the lowest particles of a ball of radius R on a lattice of spacing h make
+//! a flat disc of radius √(Rh), on which it would land. The points S are the corners of the lattice cells that lie
 //! within half a spacing of the true surface, moved onto it: about one for each h².
 
 use super::{Region, Sample};

@@ -27,7 +27,7 @@ struct IndexedTriangle {
     corners: [Vector<3>; 3],
 }
 
-/// Directions outward at faces, edges and vertices; those of edges and vertices have no length of their own.
+/// Directions outward at faces, edges and vertices; those of edges and vertices aren't of unit length.
 #[derive(Debug, Clone)]
 struct PseudoNormals {
     faces: Vec<Vector<3>>,

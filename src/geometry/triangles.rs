@@ -27,8 +27,8 @@ pub struct Triangles {
 impl Faces {
     /// Reads `path`; `unit` is the length of one unit of the file [m].
     ///
-    /// Equal vertices are merged; corners that follow each other at one place are one, and what has fewer than three then is left
-    /// out (it covers nothing).
+    /// Equal vertices are merged; corners that follow each other at one place are one, and what has fewer than three
+    /// then is left out (it covers nothing).
     ///
     /// # Errors
     /// A file that is unreadable, neither STL nor OBJ, torn, empty, or not finite.
@@ -109,7 +109,8 @@ impl Faces {
         Ok(merged)
     }
 
-    /// The triangles of all faces. One with more corners is cut about its middle: a diagonal would prefer one direction.
+    /// The triangles of all faces. One with more corners is cut about its middle: a diagonal would prefer one
+    /// direction.
     ///
     /// # Errors
     /// A face whose corners can't all be seen from its middle.

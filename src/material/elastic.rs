@@ -15,10 +15,11 @@ use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Bulk modulus over shear modulus of incompressible solids (theory J.18): a mean stress as large as the shear modulus changes volumes by 10⁻⁴.
+/// Bulk modulus over shear modulus of incompressible solids (theory J.18): a mean stress as large as the shear modulus
+/// changes volumes by 10⁻⁴.
 pub const INCOMPRESSIBLE: f64 = 1e4;
 
-/// Keys of every elastic solid, written among the law's own.
+/// Keys of every elastic solid, written among those of the law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub struct Elastic {
@@ -28,7 +29,8 @@ pub struct Elastic {
     /// Young's modulus at zero strain.
     #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
     pub young: f64,
-    /// Poisson's ratio at zero strain; 0.5, incompressible, for solids of `method = "pfem2"` on meshes of their own alone.
+    /// Poisson's ratio at zero strain; 0.5, incompressible, for solids of `method = "pfem2"` on meshes of their own
+    /// alone.
     #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "maximum" = 0.5))]
     pub poisson: f64,
     /// Artificial bulk viscosity [q1, q2]; 0 for none.

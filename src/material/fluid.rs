@@ -178,9 +178,9 @@ mod tests {
         assert!(liquid.initial(&pulled).unwrap_err().contains("least pressure"));
     }
 
-    /// Water (K = 10 MPa) is pulled apart at 0.1 MPa: it keeps the volume at which it parted, 1 % more than at rest, and its mass;
-    /// the void fills the cell (4 m³) and no more; the internal energy is the work of the tension on what opened. Pressed
-    /// together, it resists when the void is closed, as ever.
+    /// Water (K = 10 MPa) is pulled apart at 0.1 MPa: it keeps the volume at which it parted, 1 % more than at rest,
+    /// and its mass; the void fills the cell (4 m³) and no more; the internal energy is the work of the tension on what
+    /// opened. Pressed together, it resists when the void is closed, as ever.
     #[test]
     fn a_liquid_parts_at_its_tension_limit() {
         let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 1e5 });

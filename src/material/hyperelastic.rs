@@ -107,7 +107,8 @@ const ITERATIONS: usize = 100;
 /// Residuals as small as this, relative to moduli, are rounding: Newton's step from there ends the iteration.
 const ROUNDING: f64 = 1e-13;
 
-/// [`Hyperelastic::prestretch`] in the principal axes of the stress, by Newton's method in the logarithms of the stretches:
+/// [`Hyperelastic::prestretch`] in the principal axes of the stress, by Newton's method in the logarithms of the
+/// stretches:
 /// ∂σ_i/∂ln λ_j = c_iijj + (2 δ_ij − 1) σ_i.
 fn principal_prestretch<L: Hyperelastic + ?Sized>(law: &L, stress: &SymTensor) -> Option<Tensor<3>> {
     let spectrum = stress.spectrum();
@@ -173,7 +174,8 @@ pub(super) fn principal_stretches(deformation: &Tensor<3>) -> [f64; 3] {
 /// Places of c_ijij among the components of a stiffness.
 const POLARISED: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
-/// ρ c² of the waves along the principal axis i with polarisation j, c_ijij + σ_ii [Pa]; negative where the material is unstable.
+/// ρ c² of the waves along the principal axis i with polarisation j, c_ijij + σ_ii [Pa]; negative where the material is
+/// unstable.
 pub(super) fn principal_waves<L: Hyperelastic>(law: &L, deformation: &Tensor<3>) -> [[f64; 3]; 3] {
     let [x, y, z] = principal_stretches(deformation);
     let f = Tensor([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]);

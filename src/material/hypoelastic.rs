@@ -53,8 +53,10 @@ impl ElasticLaw for Hypoelastic {
         self.elastic.moduli()
     }
 
-    /// The tangent of an increment as it goes to zero. Truesdell's rate is Jaumann's less d σ + σ d and with tr d σ (Becker (7)):
-    /// c = K 1 ⊗ 1 + 2 G (1 ⊙ 1 − ⅓ 1 ⊗ 1) − 2 (1 ⊙ σ) + σ ⊗ 1. The last makes it unsymmetric: no stored energy is behind it.
+    /// The tangent of an increment as it goes to zero. Truesdell's rate is Jaumann's less d σ + σ d and with tr d σ
+    /// (Becker (7)):
+    /// c = K 1 ⊗ 1 + 2 G (1 ⊙ 1 − ⅓ 1 ⊗ 1) − 2 (1 ⊙ σ) + σ ⊗ 1. The last makes it unsymmetric: no stored energy is
+    /// behind it.
     fn linearised(&self, state: &ElasticState) -> Linearised<6> {
         let (moduli, one) = (self.elastic.moduli(), SymTensor::isotropic(1.0));
         let pressure = moduli.pressure(state.deformation.determinant());

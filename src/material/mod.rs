@@ -101,7 +101,8 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// Phase of the material, by which presets of a case choose.
     fn phase(&self) -> MaterialKind;
 
-    /// The law as an elastic one, with the tangents that an implicit system in velocity and pressure needs (theory B.13).
+    /// The law as an elastic one, with the tangents that an implicit system in velocity and pressure needs
+    /// (theory B.13).
     ///
     /// # Errors
     /// A sentence that says why it has none: fluids, and solids that yield.
@@ -124,7 +125,8 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// True if p V = (γ − 1) e: the pressure of a given energy doesn't depend on how volume is shared between particles.
+    /// True if p V = (γ − 1) e: the pressure of a given energy doesn't depend on how volume is shared between
+    /// particles.
     fn is_ideal_gas(&self) -> bool {
         false
     }
@@ -140,7 +142,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
 pub enum MaterialKind {
     /// A fluid whose pressure is that of its energy: it fills its room.
     Gas,
-    /// A fluid that resists compression and rests at its own density.
+    /// A fluid that resists compression and rests at its density.
     Liquid,
     /// A solid that yields.
     Plastic,

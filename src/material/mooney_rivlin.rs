@@ -14,8 +14,8 @@ use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Rubber-like elastic solid whose pressure depends on its volume alone, p = −½ K (J − 1/J). At zero strain the shear modulus
-/// is 2 (c10 + c01).
+/// Rubber-like elastic solid whose pressure depends on its volume alone, p = −½ K (J − 1/J). At zero strain the shear
+/// modulus is 2 (c10 + c01).
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct MooneyRivlin {
@@ -74,9 +74,9 @@ impl Isochoric {
 }
 
 impl MooneyRivlin {
-    /// J ρ c² is at most this [Pa] for a wave along n with any polarisation m, whose energy F → (1 + ε m ⊗ n) F is differentiated
-    /// twice. With q = m·n the terms are linear in q² but for those of the shear b̄ can make between n and m, which Gershgorin's
-    /// circles bound by half of the spread of the principal values.
+    /// J ρ c² is at most this [Pa] for a wave along n with any polarisation m, whose energy F → (1 + ε m ⊗ n) F is
+    /// differentiated twice. With q = m·n the terms are linear in q² but for those of the shear b̄ can make between n
+    /// and m, which Gershgorin's circles bound by half of the spread of the principal values.
     #[inline(always)]
     fn wave_bound(&self, shape: &Isochoric) -> f64 {
         let ([first, second], j) = (shape.invariants, shape.volume_ratio);
@@ -121,8 +121,8 @@ impl Hyperelastic for MooneyRivlin {
         Response { stress: kirchhoff * per_j, modulus: self.wave_bound(&shape) * per_j }
     }
 
-    /// As Holzapfel (2000, section 6.6): with τ̄ and the tangent c̄ of the unreduced energy and the deviatoric projection P,
-    /// J c = P : c̄ : P + ⅔ tr τ̄ P − ⅔ (1 ⊗ dev τ̄ + dev τ̄ ⊗ 1) + K J² 1 ⊗ 1 − K (J² − 1) 1 ⊙ 1.
+    /// As Holzapfel (2000, section 6.6): with τ̄ and the tangent c̄ of the unreduced energy and the deviatoric
+    /// projection P, J c = P : c̄ : P + ⅔ tr τ̄ P − ⅔ (1 ⊗ dev τ̄ + dev τ̄ ⊗ 1) + K J² 1 ⊗ 1 − K (J² − 1) 1 ⊙ 1.
     fn tangent(&self, deformation: &Tensor<3>) -> Stiffness {
         let shape = Isochoric::new(deformation);
         let (j, one, [_, invariant]) = (shape.volume_ratio, SymTensor::isotropic(1.0), shape.invariants);
@@ -171,8 +171,8 @@ mod tests {
         }
     }
 
-    /// J = 1: σ_xx − σ_yy = 2 (c10 + c01/λ)(λ² − 1/λ) along a bar, 2 (c10 + c01 λ²)(λ² − λ⁻⁴) of an evenly stretched sheet
-    /// (Rivlin 1948), and no pressure.
+    /// J = 1: σ_xx − σ_yy = 2 (c10 + c01/λ)(λ² − 1/λ) along a bar, 2 (c10 + c01 λ²)(λ² − λ⁻⁴) of an evenly stretched
+    /// sheet (Rivlin 1948), and no pressure.
     #[test]
     fn bars_and_sheets_of_rivlin() {
         for stretch in [0.6_f64, 1.3, 2.5] {

@@ -36,8 +36,8 @@ impl Hyperelastic for NeoHookean {
             + 0.5 * moduli.lame() * ln_j * ln_j
     }
 
-    /// Along the principal stretch λ_i ρ c² = ∂σ_i/∂ln λ_i = [G (λ_i² + 1) + λ (1 − ln J)]/J, with the largest λ_i² bounded by
-    /// Gershgorin.
+    /// Along the principal stretch λ_i ρ c² = ∂σ_i/∂ln λ_i = [G (λ_i² + 1) + λ (1 − ln J)]/J, with the largest λ_i²
+    /// bounded by Gershgorin.
     #[inline(always)]
     fn stress(&self, deformation: &Tensor<3>) -> Response {
         let Moduli { shear, .. } = self.elastic.moduli();
@@ -58,7 +58,8 @@ impl Hyperelastic for NeoHookean {
         kirchhoff * (1.0 / j)
     }
 
-    /// In the principal axes of the stress λ_i² = 1 + (J σ_i − λ ln J)/G, where one unknown J is found from J² = Π λ_i².
+    /// In the principal axes of the stress λ_i² = 1 + (J σ_i − λ ln J)/G, where one unknown J is found from J² = Π
+    /// λ_i².
     fn prestretch(&self, stress: &SymTensor) -> Option<Tensor<3>> {
         let Moduli { shear, .. } = self.elastic.moduli();
         let lame = self.elastic.moduli().lame();

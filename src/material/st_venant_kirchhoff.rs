@@ -13,9 +13,9 @@ use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Elastic solid of large rotations and moderate strains. Not for compression by more than a tenth: it is unstable there, under
-/// pressure from all sides below the stretch √((1 + ν)/(2 − ν)), in uniaxial strain below 1/√3, and a stress at the start beyond
-/// that is refused.
+/// Elastic solid of large rotations and moderate strains. Not for compression by more than a tenth: it is unstable
+/// there, under pressure from all sides below the stretch √((1 + ν)/(2 − ν)), in uniaxial strain below 1/√3, and a
+/// stress at the start beyond that is refused.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct StVenantKirchhoff {
@@ -38,8 +38,8 @@ impl Hyperelastic for StVenantKirchhoff {
         0.5 * moduli.lame() * strain.trace().powi(2) + moduli.shear * strain.contract(&strain)
     }
 
-    /// For a wave along n with y = n·bn, J ρ c² is at most (λ + G) |bn|² + G B y + n·τn with the largest principal value B of b;
-    /// since |bn|² ≤ B y that is at most y [(λ + 3 G) B + ½ λ (I1 − 3) − G], and the largest for y = B.
+    /// For a wave along n with y = n·bn, J ρ c² is at most (λ + G) |bn|² + G B y + n·τn with the largest principal
+    /// value B of b; since |bn|² ≤ B y that is at most y [(λ + 3 G) B + ½ λ (I1 − 3) − G], and the largest for y = B.
     #[inline(always)]
     fn stress(&self, deformation: &Tensor<3>) -> Response {
         let moduli = self.elastic.moduli();
@@ -133,7 +133,8 @@ mod tests {
         changes_sign_at(3f64.sqrt().recip(), along);
     }
 
-    /// Shear waves are lost sooner: G + (½ λ + G)(Λ² − 1) = 0 in uniaxial strain, G + (3/2 λ + 2 G)(Λ² − 1) = 0 in even compression.
+    /// Shear waves are lost sooner: G + (½ λ + G)(Λ² − 1) = 0 in uniaxial strain, G + (3/2 λ + 2 G)(Λ² − 1) = 0 in even
+    /// compression.
     #[test]
     fn shear_is_unstable_sooner() {
         let uniaxial = |stretch: f64| principal_waves(&solid(), &diagonal([1.0, 1.0, stretch]))[2][0];

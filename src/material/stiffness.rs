@@ -9,8 +9,9 @@
 use crate::math::SymTensor;
 use std::ops::{Add, Mul, Sub};
 
-/// Components c_ijkl of a fourth-order tensor with both minor symmetries, c_ijkl = c_jikl = c_ijlk: rows ij and columns kl in the
-/// order xx, yy, zz, xy, yz, zx of [`SymTensor`]. As a matrix it takes strains whose shears count twice (engineering strains).
+/// Components c_ijkl of a fourth-order tensor with both minor symmetries, c_ijkl = c_jikl = c_ijlk: rows ij and columns
+/// kl in the order xx, yy, zz, xy, yz, zx of [`SymTensor`]. As a matrix it takes strains whose shears count twice
+/// (engineering strains).
 ///
 /// ```
 /// use lateen::material::Stiffness;

@@ -1,7 +1,7 @@
 //! Small dense systems by elimination.
 
-/// Solves a symmetric positive semi-definite system with the largest pivots first; unknowns whose pivot is below `least_pivot` of the largest
-/// diagonal entry have no information, and are zero.
+/// Solves a symmetric positive semi-definite system with the largest pivots first; unknowns whose pivot is below
+/// `least_pivot` of the largest diagonal entry have no information, and are zero.
 pub(crate) fn solve_semidefinite<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N], least_pivot: f64) -> [f64; N] {
     let scale = (0..N).map(|i| a[i][i]).fold(0.0, f64::max);
     let mut done = [false; N];
@@ -18,7 +18,8 @@ pub(crate) fn solve_semidefinite<const N: usize>(mut a: [[f64; N]; N], mut b: [f
     std::array::from_fn(|i| if done[i] { b[i] / a[i][i] } else { 0.0 })
 }
 
-/// Solves a system, whose last column is its right side, by Gauss–Jordan steps with row exchanges; `None` if it is singular.
+/// Solves a system, whose last column is its right side, by Gauss–Jordan steps with row exchanges; `None` if it is
+/// singular.
 pub(crate) fn solve(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     let n = rows.len();
     for k in 0..n {
@@ -35,8 +36,8 @@ pub(crate) fn solve(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     Some((0..n).map(|k| rows[k][n] / rows[k][k]).collect())
 }
 
-/// The inverse of a symmetric positive semi-definite matrix by Gauss–Jordan steps; rows and columns whose pivot is round-off of
-/// their diagonal are zero in it.
+/// The inverse of a symmetric positive semi-definite matrix by Gauss–Jordan steps; rows and columns whose pivot is
+/// round-off of their diagonal are zero in it.
 pub(crate) fn inverse_of_semidefinite(mut a: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     const ROUND_OFF: f64 = 1e-13;
     let n = a.len();

@@ -80,7 +80,7 @@ impl fmt::Display for Dimension {
     }
 }
 
-/// Dimensions (kg, m, s, K) with a name of their own, and an example of each.
+/// Dimensions (kg, m, s, K) that have a name, and an example of each.
 const KNOWN: &[([i8; 4], &str, &str)] = &[
     ([0, 0, 0, 0], "a plain number", "0.3"),
     ([1, 0, 0, 0], "a mass", "\"2 g\""),

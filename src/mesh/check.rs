@@ -23,8 +23,8 @@ pub struct Finding {
     called: [i64; 2],
 }
 
-/// Kinds of problems. Elements and nodes are counted from 0 in the order of the mesh; messages name them as the mesh's file
-/// does, if there is one.
+/// Kinds of problems. Elements and nodes are counted from 0 in the order of the mesh; messages name them as the mesh's
+/// file does, if there is one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Problem {
     /// The mesh has no elements.

@@ -16,7 +16,7 @@ pub struct Facets {
     pub elements: Vec<Vec<u32>>,
     /// Named sets of nodes, in ascending order.
     pub sets: BTreeMap<String, Vec<u32>>,
-    /// The file's own numbers of nodes and elements.
+    /// Numbers that nodes and elements have in the file.
     pub numbers: FileNumbers,
 }
 

@@ -127,8 +127,8 @@ mod tests {
         assert!(open.turned_parts(2).is_empty());
     }
 
-    /// Facets around a hole have normals into the hole, out of the material: nothing of a ring is turned, but the outside of one
-    /// that runs the other way is.
+    /// Facets around a hole have normals into the hole, out of the material: nothing of a ring is turned, but the
+    /// outside of one that runs the other way is.
     #[test]
     fn holes_look_inwards() {
         assert!(squares(&[([0.0, 0.0], 1.0), ([0.0, 0.0], -0.5)]).turned_parts(2).is_empty());

@@ -83,7 +83,8 @@ impl<const D: usize> Mpm<D> {
         (self.method.safety * bounds.fold(f64::INFINITY, f64::min)).min(self.coupling.bound())
     }
 
-    /// The solver with transfers as plain loops over the particles: the specification of the fast ones, to compare with.
+    /// The solver with transfers as plain loops over the particles: the specification of the fast ones, to compare
+    /// with.
     #[must_use]
     pub fn with_plain_transfers(mut self) -> Self {
         self.executor = Box::new(Plain);
@@ -174,7 +175,8 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     findings
 }
 
-/// Checks one body; `require` takes a condition, a key of the body with a dot before it, and the message if the condition fails.
+/// Checks one body; `require` takes a condition, a key of the body with a dot before it, and the message if the
+/// condition fails.
 fn check_body<const D: usize>(body: &BodySetup<D>, grid: &GridSetup<D>, mut require: impl FnMut(bool, &str, String)) {
     let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
     let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));
@@ -233,7 +235,8 @@ fn build_body<const D: usize>(
     Ok(Body { field, skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
 }
 
-/// Gives placed particles their volumes [m³] and the masses, energies, pressures and stresses that the law makes of their start.
+/// Gives placed particles their volumes [m³] and the masses, energies, pressures and stresses that the law makes of
+/// their start.
 fn set_first_state<const D: usize>(
     particles: &mut Particles<D>,
     law: &dyn PointLaw,

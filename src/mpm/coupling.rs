@@ -24,8 +24,8 @@ use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
 use crate::timed;
 
-/// A membrane lies between a particle and something rigid if the cosine of the angle between the shortest lines from the particle to the two
-/// is above this ...
+/// A membrane lies between a particle and something rigid if the cosine of the angle between the shortest lines from
+/// the particle to the two is above this ...
 const FACING_COSINE: f64 = 0.7;
 
 /// ... and the membrane is no farther from the particle than the rigid surface, but for this overlap [cells].

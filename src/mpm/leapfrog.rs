@@ -8,14 +8,14 @@ pub struct LeapfrogStep {
     /// Positions move by dt^{n+½}.
     pub dt: f64,
     /// The step before, dt^{n−½}; 0 at the start.
-    pub dt_before: f64,
+    pub dt_previous: f64,
     /// Momentum advances by dtⁿ = ½(dt^{n−½} + dt^{n+½}).
     pub momentum_dt: f64,
 }
 
 impl LeapfrogStep {
-    pub(super) fn new(t: f64, dt: f64, dt_before: f64) -> Self {
-        Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
+    pub(super) fn new(t: f64, dt: f64, dt_previous: f64) -> Self {
+        Self { t, dt, dt_previous, momentum_dt: 0.5 * (dt_previous + dt) }
     }
 
     /// The longer of its two increments, which has to be stable [s]: where a short step follows a long one,
@@ -26,7 +26,7 @@ impl LeapfrogStep {
 
     /// The time at which the velocities before the step hold, t^{n−½} [s].
     pub fn before(&self) -> f64 {
-        self.t - 0.5 * self.dt_before
+        self.t - 0.5 * self.dt_previous
     }
 
     /// The time at which the velocities after the step hold, t^{n+½} [s].

@@ -180,7 +180,7 @@ pub struct BodySetup<const D: usize> {
     pub name: String,
     /// Law.
     pub law: Box<dyn PointLaw>,
-    /// Bodies with the same group share a velocity field; by default each has its own.
+    /// Bodies with the same group share a velocity field; by default no two share one.
     pub group: usize,
     /// Particle positions [m].
     pub position: Vec<Vector<D>>,
@@ -192,7 +192,8 @@ pub struct BodySetup<const D: usize> {
     pub volume: Vec<f64>,
     /// Velocity of each particle at the start [m/s].
     pub velocity: Vec<Vector<D>>,
-    /// ∂v_i/∂x_j around each particle at the start [1/s], which affine particles carry from the first step on; empty: zero.
+    /// ∂v_i/∂x_j around each particle at the start [1/s], which affine particles carry from the first step on; empty:
+    /// zero.
     pub velocity_gradient: Vec<Tensor<D>>,
     /// First state of each particle.
     pub state: Vec<StartState>,
@@ -221,7 +222,8 @@ pub struct MembraneSetup<const D: usize> {
     pub thickness: f64,
     /// Prestress in the sheet, true stress along the local axes (xx, yy) [Pa].
     pub prestress: [f64; 2],
-    /// In-plane hourglass stiffness r_m (0.05; not of sheets that wrinkle), viscosity r_v (0), out-of-plane viscosity r_w (0.01) (theory C.5).
+    /// In-plane hourglass stiffness r_m (0.05; not of sheets that wrinkle), viscosity r_v (0), out-of-plane viscosity
+    /// r_w (0.01) (theory C.5).
     pub hourglass: [f64; 3],
     /// Stiffness-proportional damping time β_d as a fraction of the step (≤ 0.05), and mass-proportional rate [1/s].
     pub damping: [f64; 2],

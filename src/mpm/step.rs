@@ -15,9 +15,10 @@
 //! | `complete_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
 //! | `finish_particles` | x, checks | checks | checks | checks |
 //!
-//! `last` updates stresses and moves the particles in `complete_stresses` with a cure of locking, or where the filter is due;
-//! with a cure of locking forces are scattered in `complete_forces` always. Whatever the stress update, the nodes have f_I
-//! after `complete_forces`; the particles have v_p after `filter_noise`, σ_p after `complete_stresses`, x_p after `finish_particles`.
+//! `last` updates stresses and moves the particles in `complete_stresses` with a cure of locking, or where the filter
+//! is due; with a cure of locking forces are scattered in `complete_forces` always. Whatever the stress update, the
+//! nodes have f_I after `complete_forces`; the particles have v_p after `filter_noise`, σ_p after `complete_stresses`,
+//! x_p after `finish_particles`.
 
 pub(super) mod method;
 pub(super) mod schedule;
@@ -75,10 +76,10 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        let step = LeapfrogStep::new(t, dt, self.clock.dt_before);
+        let step = LeapfrogStep::new(t, dt, self.clock.dt_previous);
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         let StepCount { bound, steps, .. } = self.clock;
-        self.clock = StepCount { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
+        self.clock = StepCount { dt_previous: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
         self.notices.watch(self.clock.steps, t + dt, &self.energy, &self.coupling);
         Ok(())
     }
@@ -123,7 +124,7 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn substeps(&self, dt: f64) -> u64 {
-        let count = || self.coupling.substeps(LeapfrogStep::new(0.0, dt, self.clock.dt_before).longer());
+        let count = || self.coupling.substeps(LeapfrogStep::new(0.0, dt, self.clock.dt_previous).longer());
         if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
     }
 }
@@ -165,7 +166,8 @@ impl<const D: usize> Mpm<D> {
         Ok(())
     }
 
-    /// Leads the volumes of gases and liquids to what the grid shows, and finds where the particles of liquids are to go.
+    /// Leads the volumes of gases and liquids to what the grid shows, and finds where the particles of liquids are to
+    /// go.
     fn correct_volumes(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
         let around = Surroundings { grid, ghosts, walls, executor: &**executor };

@@ -1,8 +1,8 @@
 //! `balance.csv`: mass, momentum, every energy term, and the closure of the ledger.
 //!
 //! closure = (stored − gained + lost) − the same at the first row [J]; round-off only, if the method
-//! is right. Where a term is found as the remainder of all others, the closure says nothing: a column more shows what part that
-//! term is of the largest other one so far.
+//! is right. Where a term is found as the remainder of all others, the closure says nothing: a column more shows what
+//! part that term is of the largest other one so far.
 
 use super::history::{History, HistoryTable, StepStart};
 use super::label::UnitLabels;

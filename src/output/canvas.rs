@@ -36,8 +36,8 @@ pub(super) enum Align {
 enum Joins {
     /// By the back end.
     OfBackEnd,
-    /// By discs between straight pieces. The bitmap back end limits mitres on the outer side of a corner only: on the inner
-    /// one they reach far beyond a sharp peak.
+    /// By discs between straight pieces. The bitmap back end limits mitres on the outer side of a corner only: on the
+    /// inner one they reach far beyond a sharp peak.
     Round,
 }
 

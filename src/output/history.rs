@@ -2,8 +2,8 @@
 //!
 //! A row is written with one call and never left half: after a failed write the file is cut back, and
 //! a run that was killed in the middle of a row drops that row when it is resumed. Numbers are written
-//! with the fewest digits that read back to the same bits. The file is open for no longer than a row takes: a run may have more
-//! histories than a process may have files.
+//! with the fewest digits that read back to the same bits. The file is open for no longer than a row takes: a run may
+//! have more histories than a process may have files.
 
 use super::atomic::create_directory;
 use crate::error::{Error, Result};
@@ -35,7 +35,8 @@ impl History {
         &self.path
     }
 
-    /// Appends a row, whose first number is the time; a time that is there already is skipped. A file that was taken away begins anew.
+    /// Appends a row, whose first number is the time; a time that is there already is skipped. A file that was taken
+    /// away begins anew.
     ///
     /// # Errors
     /// Input/output errors; a table that goes on with other columns.
@@ -132,8 +133,8 @@ impl StepStart {
         *self = Self { time, values };
     }
 
-    /// The values at the time `due` [s], on the straight line to those at the end of the step at `time` [s]; those at the end, where
-    /// `due` is that time, or none were kept.
+    /// The values at the time `due` [s], on the straight line to those at the end of the step at `time` [s]; those at
+    /// the end, where `due` is that time, or none were kept.
     pub fn between(&self, due: f64, time: f64, end: Vec<f64>) -> Vec<f64> {
         if self.values.len() != end.len() || !(self.time < due && due < time) {
             return end;

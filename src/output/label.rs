@@ -19,7 +19,8 @@ impl UnitLabels {
         }
     }
 
-    /// The head of a column of a force: the name, and in brackets its unit, if there is one, and the part that it acts on.
+    /// The head of a column of a force: the name, and in brackets its unit, if there is one, and the part that it acts
+    /// on.
     pub fn head_of(self, name: &str, unit: &str, on: &str) -> String {
         match self.unit(unit) {
             "" => format!("{name} [{on}]"),

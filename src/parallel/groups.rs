@@ -50,9 +50,10 @@ impl Groups {
         made
     }
 
-    /// Groups the numbers of `keys` anew, in the memory of the last time; those with the key [`Groups::NONE`] are left out.
+    /// Groups the numbers of `keys` anew, in the memory of the last time; those with the key [`Groups::NONE`] are left
+    /// out.
     ///
-    /// Every thread orders a range of groups: it reads all keys, one after the other, and writes its own part only.
+    /// Every thread orders a range of groups: it reads all keys, one after the other, and writes its part only.
     pub fn sort(&mut self, keys: &[u32]) {
         self.count(keys.iter().copied().filter(|&key| key != Self::NONE));
         let Self { first, entries } = self;

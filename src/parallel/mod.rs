@@ -1,8 +1,8 @@
 //! Deterministic parallel loops: the result never depends on the number of threads.
 //!
-//! All loops of the program but those of the transfers and of the linear algebra go through here, as one kind or another of [`run`]: pieces of a
-//! fixed size are worked on in any order, and their results are put together in the order of the pieces. Sums are taken over chunks of
-//! [`CHUNK`] entries, and the chunk sums are added in order.
+//! All loops of the program but those of the transfers and of the linear algebra go through here, as one kind or
+//! another of [`run`]: pieces of a fixed size are worked on in any order, and their results are put together in the
+//! order of the pieces. Sums are taken over chunks of [`CHUNK`] entries, and the chunk sums are added in order.
 //!
 //! The threads know the work of a piece as a `dyn Fn`, so that each loop costs little code.
 
@@ -27,8 +27,8 @@ pub fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
     }
 }
 
-/// Computes with this many threads (all cores where not said), of which this one is the first: each of the many short loops of a step
-/// would else be handed to a sleeping thread, and wait for it.
+/// Computes with this many threads (all cores where not said), of which this one is the first: each of the many short
+/// loops of a step would else be handed to a sleeping thread, and wait for it.
 ///
 /// # Errors
 /// The threads can't be started, or have been started before.
@@ -99,7 +99,8 @@ tuples! {
     (A 0) (B 1) (C 2) (E 3) (F 4);
 }
 
-/// The results of `work` on pieces of `size` entries of the columns, given the number of the first entry, in their order.
+/// The results of `work` on pieces of `size` entries of the columns, given the number of the first entry, in their
+/// order.
 pub fn map_chunks<C: Slices, T: Send>(columns: C, size: usize, work: impl Fn(usize, C) -> T + Sync) -> Vec<T> {
     let mut pieces: Vec<Mutex<(Option<C>, Option<T>)>> = Vec::with_capacity(columns.len().div_ceil(size));
     let mut rest = columns;
@@ -223,7 +224,7 @@ pub fn collect_pair_mut<A: Send, B: Send, T: Send>(
     }))
 }
 
-/// The entries of ascending ranges that don't overlap, each to be changed by a thread of its own.
+/// The entries of ascending ranges that don't overlap, each to be changed by one thread.
 pub fn parts_mut<T>(mut entries: &mut [T], ranges: impl Iterator<Item = Range<usize>>) -> Vec<&mut [T]> {
     let mut start = 0;
     let part = |range: Range<usize>| {
@@ -271,7 +272,7 @@ pub fn max(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(0.0, f64::max), f64::max).unwrap_or(0.0)
 }
 
-/// The results of `work` on each of the parts, in their order; each is a task of its own.
+/// The results of `work` on each of the parts, in their order; each is a task.
 pub fn map_parts<P: Send, T: Send>(parts: impl IntoIterator<Item = P>, work: impl Fn(P) -> T + Sync) -> Vec<T> {
     let mut parts: Vec<Option<P>> = parts.into_iter().map(Some).collect();
     map_chunks(&mut parts[..], 1, |_, part| part[0].take().map(&work)).into_iter().flatten().collect()

@@ -60,7 +60,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub kernel: AveragingKernel,
     /// Rule by which particles are added and merged.
     pub reseeding: Reseeding,
-    /// Density ratio from which heavy fluids follow their own side of the interface (Becker (36); theory G.13).
+    /// Density ratio from which heavy fluids follow their side of the interface (Becker (36); theory G.13).
     pub projectile_ratio: f64,
     /// Time in which the part of particle velocities that the mesh can't resolve decays [s]; infinity: never.
     pub relaxation: f64,

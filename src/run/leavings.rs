@@ -8,8 +8,8 @@
 //! checkpoint/step-<number>.checkpoint, .damaged
 //! ```
 //!
-//! A `<name>` is one of the resolved case (of a body, a probe, a boundary ...), or one that every run uses, alone or with more
-//! behind a `-`. Everything else in the directory is the user's.
+//! A `<name>` is one of the resolved case (of a body, a probe, a boundary ...), or one that every run uses, alone or
+//! with more behind a `-`. Everything else in the directory is the user's.
 
 use crate::error::{Error, Result};
 use crate::output::atomic::TEMPORARY;
@@ -30,7 +30,7 @@ struct FolderKind {
     name: &'static str,
     /// Endings of the files in it.
     files: &'static [&'static str],
-    /// Endings of the numbered files in folders of their own.
+    /// Endings of numbered files that fill folders.
     numbered: &'static [&'static str],
 }
 

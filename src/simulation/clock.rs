@@ -1,12 +1,12 @@
 //! The ends of steps, and the times at which outputs are due.
 //!
-//! Steps follow from the solver and the end of the run alone: outputs don't change them, so that no key of an output changes a
-//! result. What is due between two ends of steps is shown at the second, and histories have the values on the straight line between both
-//! in their rows. Everything here is a function of the current time and the last step, so a resumed run takes the steps
-//! that the uninterrupted one would have taken.
+//! Steps follow from the solver and the end of the run alone: outputs don't change them, so that no key of an output
+//! changes a result. What is due between two ends of steps is shown at the second, and histories have the values on the
+//! straight line between both in their rows. Everything here is a function of the current time and the last step, so a
+//! resumed run takes the steps that the uninterrupted one would have taken.
 //!
-//! Only the last steps are cut, to reach the end: equal ones, so many that none is shorter than the solver can take after
-//! the one before. With a ratio ρ between two steps these are ρ/(ρ − 1), and two at least.
+//! Only the last steps are cut, to reach the end: equal ones, so many that none is shorter than the solver can take
+//! after the one before. With a ratio ρ between two steps these are ρ/(ρ − 1), and two at least.
 
 /// Times closer than this fraction of an interval are the same time.
 const SAME_TIME: f64 = 1e-9;
@@ -38,8 +38,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The next step [s] on the way to `end` [s]: `bound`, or less after a step that was shorter by more than `ratio`, or
-    /// one of the last equal ones.
+    /// The next step [s] on the way to `end` [s]: `bound`, or less after a step that was shorter by more than `ratio`,
+    /// or one of the last equal ones.
     pub fn next_dt(&self, end: f64, bound: f64, ratio: f64) -> f64 {
         let bound = if self.dt > 0.0 { bound.min(ratio * self.dt) } else { bound };
         let remaining = end - self.time;
@@ -51,8 +51,9 @@ impl Clock {
         if steps > 1.0 { remaining / steps } else { remaining }
     }
 
-    /// Counts a step of `dt` [s]; one that reaches `end` ends exactly there. Steps of one length from 0 on end at multiples of it, without
-    /// the rounding of a sum: a run that goes on beyond its end takes the steps of a longer one.
+    /// Counts a step of `dt` [s]; one that reaches `end` ends exactly there. Steps of one length from 0 on end at
+    /// multiples of it, without the rounding of a sum: a run that goes on beyond its end takes the steps of a longer
+    /// one.
     pub fn advance(&mut self, dt: f64, end: f64) {
         let sum = self.time + dt;
         let multiple = (sum / dt).round() * dt;
@@ -81,8 +82,8 @@ impl Schedule {
         Self { interval: if interval > 0.0 { interval } else { f64::INFINITY } }
     }
 
-    /// The due times of a step from `from` to `to` [s], without those at its start. A time is the same as another that is nearer
-    /// than a billionth of the interval.
+    /// The due times of a step from `from` to `to` [s], without those at its start. A time is the same as another that
+    /// is nearer than a billionth of the interval.
     pub fn due(&self, from: f64, to: f64) -> Vec<f64> {
         let count = |time: f64| (time / self.interval + SAME_TIME).floor();
         if self.interval.is_infinite() {
@@ -139,8 +140,8 @@ mod tests {
         assert!(due.iter().enumerate().all(|(n, &t)| t == (n + 1) as f64 * 0.1));
     }
 
-    /// A step may hold several due times, or none; one at its start belongs to the step before, one at its end to this, also where a sum
-    /// of steps misses it by rounding.
+    /// A step may hold several due times, or none; one at its start belongs to the step before, one at its end to this,
+    /// also where a sum of steps misses it by rounding.
     #[test]
     fn a_step_has_the_due_times_up_to_its_end() {
         let schedule = Schedule::every(0.25);

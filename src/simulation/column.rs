@@ -1,7 +1,8 @@
 //! Named columns of numbers that a checkpoint stores and restores without knowing their meaning.
 //!
-//! A [`Column`] borrows one of three things: an array (`Vec`) with a fixed or a free number of entries, a scalar, or a record, which is
-//! a struct whose fields are numbers of one type. A checkpoint stores a scalar or a record as it stores an array with one entry.
+//! A [`Column`] borrows one of three things: an array (`Vec`) with a fixed or a free number of entries, a scalar, or a
+//! record, which is a struct whose fields are numbers of one type. A checkpoint stores a scalar or a record as it
+//! stores an array with one entry.
 
 use bytemuck::Pod;
 
@@ -71,8 +72,8 @@ impl<'a> Column<'a> {
         Self::record(data)
     }
 
-    /// A column over the fields of a struct, stored as an array with one entry. An array of the same numbers, one per entry, is restored
-    /// into it as well.
+    /// A column over the fields of a struct, stored as an array with one entry. An array of the same numbers, one per
+    /// entry, is restored into it as well.
     ///
     /// ```
     /// use bytemuck::{Pod, Zeroable};

@@ -1,8 +1,8 @@
 //! A solver whose formulas are evaluated before every step, and at the place where a step failed.
 //!
-//! `lateen check` tries formulas at some times; a pole may lie between them. What it would do to the state is found much
-//! later, and far from its cause. Formulas that depend on the place alone have a value wherever something is at the start;
-//! when a step fails, they are tried where it failed.
+//! `lateen check` tries formulas at some times; a pole may lie between them. What it would do to the state is found
+//! much later, and far from its cause. Formulas that depend on the place alone have a value wherever something is at
+//! the start; when a step fails, they are tried where it failed.
 
 use super::{Column, Snapshot, Solver};
 use crate::error::{Place, StepError};

@@ -104,7 +104,8 @@ pub trait Solver: Send {
         Ok(())
     }
 
-    /// Gives the flag that asks a run to stop: once it is true, [`Solver::begin`] returns soon, with a state that nobody will use.
+    /// Gives the flag that asks a run to stop: once it is true, [`Solver::begin`] returns soon, with a state that
+    /// nobody will use.
     fn stop_on(&mut self, flag: Arc<AtomicBool>) {
         let _ = flag;
     }
@@ -173,8 +174,8 @@ pub trait Monitor {
     /// Input/output errors.
     fn sample(&mut self, snapshot: &Snapshot<'_>, due: f64) -> Result<()>;
 
-    /// True if it has values at every time that it is due at, also between the ends of steps; of several such times in a step the others see
-    /// the last.
+    /// True if it has values at every time that it is due at, also between the ends of steps; of several such times in
+    /// a step the others see the last.
     fn interpolates(&self) -> bool {
         false
     }

@@ -24,8 +24,8 @@ pub struct Progress {
     pub element_steps_per_second: f64,
     /// Energy that the ledger can't explain, relative to the largest of its terms.
     pub energy_drift: Option<f64>,
-    /// Energy that errors have taken, or given if it is below zero, relative to the largest other term, where the ledger finds it as
-    /// the remainder of all others.
+    /// Energy that errors have taken, or given if it is below zero, relative to the largest other term, where the
+    /// ledger finds it as the remainder of all others.
     pub energy_remainder: Option<f64>,
     /// Estimated wall time to the end.
     pub remaining: Option<Duration>,
@@ -139,7 +139,8 @@ impl Pace {
         self.time_per_second = latest(self.time_per_second, (clock.time - self.mark_clock.time) / seconds);
     }
 
-    /// The progress at `clock` of a run that ends at `end` [s], moves `particles` per step and elements of membranes per sub-step.
+    /// The progress at `clock` of a run that ends at `end` [s], moves `particles` per step and elements of membranes
+    /// per sub-step.
     pub fn progress(&self, clock: Clock, end: f64, [particles, elements]: [usize; 2]) -> Progress {
         let seconds_left = (end - clock.time) / self.time_per_second;
         Progress {

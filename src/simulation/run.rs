@@ -6,7 +6,7 @@
 //!     step; show the state to the monitors that were due within it; checkpoint when the wall clock says so
 //! ```
 //!
-//! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
+//! A checkpoint holds the columns of the solver and of the loop: a resumed run takes the same steps, bit for bit.
 
 mod checkpoint;
 mod errors;
@@ -27,8 +27,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Steps of a run at least, where they aren't fixed: nothing may bound those of fluids at rest, or of membranes alone, which take steps
-/// of their own.
+/// Steps of a run at least, where they aren't fixed: nothing may bound those of fluids at rest, or of membranes alone,
+/// which take steps of their own.
 pub const LEAST_STEPS: f64 = 500.0;
 
 /// The end of a run, its steps, and the interval of its checkpoints.
@@ -310,7 +310,8 @@ impl Simulation {
         }
     }
 
-    /// Shows the state to every monitor that was due in the step that began at `from` [s]: at its times, and at the end.
+    /// Shows the state to every monitor that was due in the step that began at `from` [s]: at its times, and at the
+    /// end.
     fn sample(&mut self, from: f64) -> Result<()> {
         let end = self.plan.end;
         self.show(|schedule, time| {
@@ -347,7 +348,8 @@ impl Simulation {
         following.for_each(|(_, monitor)| monitor.follow(&snapshot));
     }
 
-    /// Shows the state to the monitors that are due, from their schedules and the time [s], at the times [s] that `due` gives.
+    /// Shows the state to the monitors that are due, from their schedules and the time [s], at the times [s] that `due`
+    /// gives.
     fn show(&mut self, due: impl Fn(&Schedule, f64) -> Vec<f64>) -> Result<()> {
         let time = self.clock.time;
         let due: Vec<Vec<f64>> = self.monitors.iter().map(|(schedule, _)| due(schedule, time)).collect();

@@ -40,9 +40,9 @@ pub struct Snapshot<'a> {
     pub outlines: Vec<SurfaceSet<'a>>,
     /// Mass, momentum and every energy term.
     pub ledger: Ledger,
-    /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`: means over the last step, and in the time loop
-    /// over all steps since they were last recorded. A wall, an obstacle, a part of the boundary or a support has the force that the
-    /// material exerts on it; a contact that on the first of the two.
+    /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`: means over the last step, and in the time
+    /// loop over all steps since they were last recorded. A wall, an obstacle, a part of the boundary or a support has
+    /// the force that the material exerts on it; a contact that on the first of the two.
     pub forces: Vec<(String, [f64; 3])>,
     /// Moments of some of these forces about points [N m], by the names of the forces: means as they are.
     pub moments: Vec<(String, [f64; 3])>,
@@ -66,8 +66,8 @@ pub struct PointSet<'a> {
     pub filled: Option<Filled<'a>>,
 }
 
-/// The part of a body inside a box with these lower and upper corners [m], infinite where it has no side: points without a name,
-/// with the fields `volume` and `mass`, such that sums over them are integrals.
+/// The part of a body inside a box with these lower and upper corners [m], infinite where it has no side: points
+/// without a name, with the fields `volume` and `mass`, such that sums over them are integrals.
 pub type Filled<'a> = Box<dyn Fn(&[[f64; 3]; 2]) -> PointSet<'static> + 'a>;
 
 /// Kind of the elements of a mesh: four nodes make a quadrilateral or a tetrahedron.

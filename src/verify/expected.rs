@@ -115,8 +115,8 @@ pub struct Check {
     pub minus: Option<String>,
     /// Another table of the run, whose value at the same time is added.
     pub plus: Option<String>,
-    /// A column of the table, or a formula, whose periods the value is averaged over, phase by phase: from one rise through
-    /// its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
+    /// A column of the table, or a formula, whose periods the value is averaged over, phase by phase: from one rise
+    /// through its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
     pub phase: Option<String>,
     /// The quantity measured on it.
     pub kind: Measure,
@@ -159,7 +159,8 @@ pub struct Drawn {
     pub source: String,
 }
 
-/// The phase of curves that are periodic: they are moved in time so that a signal of theirs rises when that of the run does last.
+/// The phase of curves that are periodic: they are moved in time so that a signal of theirs rises when that of the run
+/// does last.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrawnPhase {

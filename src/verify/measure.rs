@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::output::history::HistoryTable;
 
 impl Check {
-    /// Applies the check to its history; `others` come with the factor with which they are added, `read_curve` reads the table of a
-    /// reference curve.
+    /// Applies the check to its history; `others` come with the factor with which they are added, `read_curve` reads
+    /// the table of a reference curve.
     ///
     /// # Errors
     /// Columns that aren't there; tables that can't be read.
@@ -119,8 +119,8 @@ mod tests {
         check.apply(&ringing(), &[], check.tolerance, curve).unwrap()
     }
 
-    /// sin ωt + ¼ cos 2ωt swings from −5/4 to 3/4; what goes on at another frequency, at two thirds of its strength, does not
-    /// count where it is averaged over eighty periods.
+    /// sin ωt + ¼ cos 2ωt swings from −5/4 to 3/4; what goes on at another frequency, at two thirds of its strength,
+    /// does not count where it is averaged over eighty periods.
     #[test]
     fn another_period_averages_to_nothing() {
         let row = |n: u32| {

@@ -88,8 +88,8 @@ impl Series {
         Some((rises[count] - rises[0]) / count as f64)
     }
 
-    /// One period, the mean of all those from one rise of `clock` through its mean to the next; nothing with fewer than two
-    /// rises.
+    /// One period, the mean of all those from one rise of `clock` through its mean to the next; nothing with fewer than
+    /// two rises.
     #[must_use]
     pub fn folded(&self, clock: &Self) -> Self {
         const PHASES: u32 = 360;

@@ -1,5 +1,5 @@
-//! Errors and unusual events of PFEM-2: meshes from files, boundary conditions, fluids that leave or enter, a linear solver that
-//! fails. Errors in the keys are tested in `flow.rs`.
+//! Errors and unusual events of PFEM-2: meshes from files, boundary conditions, fluids that leave or enter, a linear
+//! solver that fails. Errors in the keys are tested in `flow.rs`.
 
 use super::findings::model;
 use lateen::Error;
@@ -236,8 +236,8 @@ fn ran(text: &str) -> (Vec<String>, impl Fn(&str, &str) -> Vec<f64> + use<>) {
     (said, column)
 }
 
-/// A uniform velocity solves the equations wherever the interface is: the volume of water is 0.4 times the position of its front,
-/// and a warning says once that no oil is left.
+/// A uniform velocity solves the equations wherever the interface is: the volume of water is 0.4 times the position of
+/// its front, and a warning says once that no oil is left.
 #[test]
 fn a_uniform_flow_fills_a_channel_with_the_fluid_of_its_inlet_exactly() {
     let (said, column) = ran(&channel("0.025", "1").replace("# left", "fluid = \"water\""));

@@ -317,8 +317,8 @@ fn membranes_that_cross_or_nearly_touch_at_the_start_are_warned_of() {
     assert!(model(&own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3]]")).unwrap().warnings.is_empty());
 }
 
-/// A gas that reaches far to both sides of a closed membrane is taken as intended; one column of its particles outside is not, and a
-/// solid never is.
+/// A gas that reaches far to both sides of a closed membrane is taken as intended; one column of its particles outside
+/// is not, and a solid never is.
 #[test]
 fn solids_and_thin_layers_on_both_sides_of_a_closed_membrane_are_warned_of() {
     let around = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]], closed = true";
@@ -638,8 +638,9 @@ fn three_fluids() -> String {
     level.replace("[[body]]\nname = \"oil\"", layer)
 }
 
-/// Three layers at rest stay at rest up to the error of pressure in the elements that hold two fluids: the exact velocity is zero, and
-/// the bound is 1 % of free fall. A warning names the interface that is used; asking for the sharp one is an error.
+/// Three layers at rest stay at rest up to the error of pressure in the elements that hold two fluids: the exact
+/// velocity is zero, and the bound is 1 % of free fall. A warning names the interface that is used; asking for the
+/// sharp one is an error.
 #[test]
 fn three_layered_fluids_stay_nearly_at_rest_with_the_pseudo_level_set() {
     let text = three_fluids();
@@ -797,7 +798,8 @@ fn blocks(count: usize, keys: &str) -> String {
     (0..count).fold(head, |text, i| text + &body(i))
 }
 
-/// Guards against work that grows with the square of the number of bodies, which would take minutes; the time is not asserted.
+/// Guards against work that grows with the square of the number of bodies, which would take minutes; the time is not
+/// asserted.
 #[test]
 fn three_thousand_bodies_build_and_a_repeated_name_among_them_is_an_error() {
     let text = blocks(3000, "group = \"all\"\n");
@@ -807,7 +809,8 @@ fn three_thousand_bodies_build_and_a_repeated_name_among_them_is_an_error() {
     expect(&twice, "\"b17\"", "already something named `b17`", "");
 }
 
-/// 400 bodies with a velocity field each have 79,800 pairs, which must not be compared with each other; 3000 have too many.
+/// 400 bodies with a velocity field each have 79,800 pairs, which must not be compared with each other; 3000 have too
+/// many.
 #[test]
 fn too_many_pairs_of_bodies_in_contact_are_an_error() {
     let bodies = model(&blocks(400, "")).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
@@ -861,8 +864,8 @@ fn under_a_press(velocity: &str, keys: &str) -> String {
     format!("{POINTS}{SHEET}contact-thickness = true\n{press}velocity = {velocity}\n{keys}")
 }
 
-/// The press falls at 3 m/s: from 0.25 on, it is less than nine tenths of a thickness over the floor after 80.3 ms. At 2.4 m/s it ends a
-/// thickness over the floor at 0.1 s.
+/// The press falls at 3 m/s: from 0.25 on, it is less than nine tenths of a thickness over the floor after 80.3 ms. At
+/// 2.4 m/s it ends a thickness over the floor at 0.1 s.
 #[test]
 fn obstacles_that_will_close_on_a_membrane_are_warned_of_with_time_and_gap() {
     let text = |velocity: &str| under_a_press(velocity, "");
@@ -881,8 +884,8 @@ fn obstacles_that_will_close_on_a_membrane_are_warned_of_with_time_and_gap() {
     warned(&under_a_press("[0, -1]", table), "`obstacle:press` and `obstacle:table` close on `sheet`: at t = 4.");
 }
 
-/// A ram from the side pushes the sheet ahead of it, though less than a thickness is left between ram and floor; and an obstacle without
-/// contact with the sheet doesn't close on it.
+/// A ram from the side pushes the sheet ahead of it, though less than a thickness is left between ram and floor; and an
+/// obstacle without contact with the sheet doesn't close on it.
 #[test]
 fn obstacles_that_push_a_sheet_away_do_not_close_on_it() {
     let ram = "[[obstacle]]\nname = \"ram\"\nregion = { shape = \"box\", lower = [0.82, 0.005], upper = [0.9, 0.35] }\nvelocity = [-4, 0]\n";
@@ -948,7 +951,8 @@ fn inward_normals_of_a_closed_membrane_under_pressure_are_warned_of() {
     }
 }
 
-/// Squares of sides 0.1 and 0.2 in one file of Gmsh; the second runs clockwise, and one of its sides the other way in the last.
+/// Squares of sides 0.1 and 0.2 in one file of Gmsh; the second runs clockwise, and one of its sides the other way in
+/// the last.
 #[test]
 fn closed_parts_of_opposite_orientation_are_errors_for_a_volume_and_warned_of_for_a_pressure() {
     let nodes = [[0.1, 0.2], [0.2, 0.2], [0.2, 0.3], [0.1, 0.3], [0.7, 0.2], [0.7, 0.4], [0.9, 0.4], [0.9, 0.2]];

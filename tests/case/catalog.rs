@@ -1,4 +1,5 @@
-//! Every folder of a case is built in, and builds without errors and warnings, but for gauges that are dry at the start.
+//! Every folder of a case is built in, and builds without errors and warnings, but for gauges that are dry at the
+//! start.
 
 use lateen::Error;
 use lateen::case::{Case, Source};

@@ -1,4 +1,5 @@
-//! One sign of forces in all histories, that of the force on the wall, obstacle or support: a weight at rest gives −m g in both methods.
+//! One sign of forces in all histories, that of the force on the wall, obstacle or support: a weight at rest gives −m g
+//! in both methods.
 
 use super::history;
 use lateen::output::history::HistoryTable;

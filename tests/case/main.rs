@@ -1,4 +1,5 @@
-//! Case files: what they may say, what they build, what is wrong with them, and small runs from the file to the history, compared with closed forms.
+//! Case files: what they may say, what they build, what is wrong with them, and small runs from the file to the
+//! history, compared with closed forms.
 
 mod bad_input_case;
 mod bad_input_flow;

@@ -7,8 +7,9 @@ fn last(table: &HistoryTable, column: &str) -> f64 {
     *table.column(column).unwrap().last().unwrap()
 }
 
-/// A ring of radius 1 and thickness 0.01 under the pressure 0.02: σ = p r/h = 2.00, ε = σ(1 − ν²)/E = 0.005, and with both
-/// at the end 1.005048. Fields are written at times that fall between those of histories: short steps follow long ones.
+/// A ring of radius 1 and thickness 0.01 under the pressure 0.02: σ = p r/h = 2.00, ε = σ(1 − ν²)/E = 0.005, and with
+/// both at the end 1.005048. Fields are written at times that fall between those of histories: short steps follow long
+/// ones.
 #[test]
 fn a_damped_ring_reaches_its_radius_in_steps_of_varying_length() {
     const RING: &str = r#"
@@ -41,8 +42,9 @@ reduce = "mean-radius"
     assert!((radius - 1.005048).abs() < 3e-5, "{radius}");
 }
 
-/// A ball of rubber hits a prestressed sheet of aluminium with 2 m/s; outputs of two kinds are 1.7 µs apart at first. A light body that a
-/// heavy one hits elastically leaves with twice its speed: no node is faster than 4 m/s, and the sheet is hit, 1 m/s at least.
+/// A ball of rubber hits a prestressed sheet of aluminium with 2 m/s; outputs of two kinds are 1.7 µs apart at first. A
+/// light body that a heavy one hits elastically leaves with twice its speed: no node is faster than 4 m/s, and the
+/// sheet is hit, 1 m/s at least.
 #[test]
 fn a_stiff_sheet_under_a_ball_gains_no_velocity_from_steps_of_varying_length() {
     const SHEET: &str = r#"
@@ -119,8 +121,8 @@ component = "y"
     assert!(speeds[1] < 0.25 && speeds[19] < 1e-9, "{speeds:?}");
 }
 
-/// A column of height 1 on an obstacle whose face lies between nodes. Its weight acts suddenly, so that its mean displacement oscillates
-/// between 0 and twice the static settlement, ρgH²/3E = 3.33 mm.
+/// A column of height 1 on an obstacle whose face lies between nodes. Its weight acts suddenly, so that its mean
+/// displacement oscillates between 0 and twice the static settlement, ρgH²/3E = 3.33 mm.
 #[test]
 fn a_column_on_an_obstacle_between_nodes_swings_about_its_settlement() {
     const COLUMN: &str = r#"
@@ -194,8 +196,8 @@ quantity = "velocity"
 at = [0.5, 1.0]
 "#;
 
-/// The high viscosity of an unyielded Bingham fluid makes the condition at open ends dominate the matrix, so that a factor of its
-/// symmetric part doesn't precondition it. The fallback of `auto` finds the same flow as multigrid alone.
+/// The high viscosity of an unyielded Bingham fluid makes the condition at open ends dominate the matrix, so that a
+/// factor of its symmetric part doesn't precondition it. The fallback of `auto` finds the same flow as multigrid alone.
 #[test]
 fn both_solvers_agree_on_bingham_flow_between_open_ends() {
     let alone = MUD.replace("[pfem2]", "[pfem2]\nsolver = \"iterative\"");
@@ -203,8 +205,9 @@ fn both_solvers_agree_on_bingham_flow_between_open_ends() {
     assert!(alone > 0.1 && (both / alone - 1.0).abs() < 1e-5, "{both} {alone}");
 }
 
-/// The plug above the yield surface, τ = ρ g (1 − y) = τ_y at y0 = 7/8, moves with ρ g y0²/2μ. A hundred times the viscosity and the forces
-/// leave the velocity as it is, and make what the flow loses at the inlet, ½ ρ u², 0.3 % of the drive.
+/// The plug above the yield surface, τ = ρ g (1 − y) = τ_y at y0 = 7/8, moves with ρ g y0²/2μ. A hundred times the
+/// viscosity and the forces leave the velocity as it is, and make what the flow loses at the inlet, ½ ρ u², 0.3 % of
+/// the drive.
 #[test]
 fn the_plug_of_a_bingham_fluid_moves_with_the_velocity_of_the_closed_form() {
     let thick = MUD.replace("[4.0, 0]", "[400.0, 0]").replace("viscosity = 1.0", "viscosity = 100.0");
@@ -213,7 +216,8 @@ fn the_plug_of_a_bingham_fluid_moves_with_the_velocity_of_the_closed_form() {
     assert!((found / exact - 1.0).abs() < 0.02, "{found} instead of {exact}");
 }
 
-/// A plug of fluid pushed by a traction 3t on a side of 1/4: the impulse to t = 1 is 3/8, and the speed 3/8 over 1/2 of mass.
+/// A plug of fluid pushed by a traction 3t on a side of 1/4: the impulse to t = 1 is 3/8, and the speed 3/8 over 1/2 of
+/// mass.
 #[test]
 fn the_impulse_of_a_traction_is_booked_to_second_order() {
     const PLUG: &str = r#"
@@ -258,8 +262,8 @@ at = [0.5, 0.125]
     assert!((last(&history(PLUG, "middle"), "vx") - 0.75).abs() < 5e-3);
 }
 
-/// A disc of radius 1 (four cells) and mass π that spins with ω = 1 keeps its energy, ¼ m R² ω² = π/4. Particles without velocity
-/// gradients at the start would lose a tenth in the first step.
+/// A disc of radius 1 (four cells) and mass π that spins with ω = 1 keeps its energy, ¼ m R² ω² = π/4. Particles
+/// without velocity gradients at the start would lose a tenth in the first step.
 #[test]
 fn affine_particles_of_a_spinning_disc_keep_their_energy_from_the_first_step() {
     const DISC: &str = r#"

@@ -1,10 +1,11 @@
-//! The way that solids of PFEM-2 are likely to take, against closed forms, and the elements of the mesh across them there.
+//! The way that solids of PFEM-2 are likely to take, against closed forms, and the elements of the mesh across them
+//! there.
 
 use super::findings::{edited, good, good_with};
 use lateen::case::{Model, SolidSummary};
 
-/// A cantilever, 1 m long and 0.1 m thick, of ν = 0 and E I = 62.5 N m², let go under its weight in a gas: ρ g h l⁴/(8 E I) = 0.2 m at rest, in a
-/// mesh that is fine about where it starts.
+/// A cantilever, 1 m long and 0.1 m thick, of ν = 0 and E I = 62.5 N m², let go under its weight in a gas: ρ g h l⁴/(8
+/// E I) = 0.2 m at rest, in a mesh that is fine about where it starts.
 const CANTILEVER: &str = r#"
 name = "cantilever"
 method = "pfem2"
@@ -79,8 +80,8 @@ fn near(value: f64, exact: f64, tolerance: f64) {
     assert!((value / exact - 1.0).abs() < tolerance, "{value} instead of {exact}");
 }
 
-/// Let go it swings twice as far as it hangs, to where elements are 50 mm wide: two across it. With the fine elements in all that it sweeps there
-/// are more than five, and in equilibrium from the start it comes half as far.
+/// Let go it swings twice as far as it hangs, to where elements are 50 mm wide: two across it. With the fine elements
+/// in all that it sweeps there are more than five, and in equilibrium from the start it comes half as far.
 #[test]
 fn a_beam_that_swings_out_of_fine_elements_is_warned_of() {
     let model = good(CANTILEVER);
@@ -107,7 +108,8 @@ fn a_beam_that_swings_out_of_fine_elements_is_warned_of() {
     near(way(&edited(CANTILEVER, "[pfem2]", "[pfem2]\nstart = \"equilibrium\"")), 0.2, 0.02);
 }
 
-/// (1 − ρ_f/ρ) g t²/2 = 0.25 m, or 0.7 m to the floor; upward if it is lighter, and not at all if it is as heavy as the water.
+/// (1 − ρ_f/ρ) g t²/2 = 0.25 m, or 0.7 m to the floor; upward if it is lighter, and not at all if it is as heavy as the
+/// water.
 #[test]
 fn a_square_sinks_as_far_as_its_weight_in_water_leads_it() {
     near(way(SQUARE), 0.25, 0.01);
@@ -137,8 +139,8 @@ fn prescribed_motions_are_followed() {
     assert_eq!(moved("supports = [{ on = \"all\" }]"), 0.0);
 }
 
-/// A column of water of a · H, 0.2 m by 0.8 m, in a tank of W = 1 m comes down: its mean speed is U = √(g (H − a H/W)), the work of gravity is
-/// ρ g a H (H/2 − a H/(2 W)). It pushes the square, on a spring along x, by ½ρU² 2 s/k.
+/// A column of water of a · H, 0.2 m by 0.8 m, in a tank of W = 1 m comes down: its mean speed is U = √(g (H − a H/W)),
+/// the work of gravity is ρ g a H (H/2 − a H/(2 W)). It pushes the square, on a spring along x, by ½ρU² 2 s/k.
 #[test]
 fn a_column_that_falls_pushes_what_stands_on_springs() {
     let text = edited(SQUARE, "lower = [-1, -1], upper = [2, 2] }", "lower = [-1, -1], upper = [0.2, 0.8] }");
@@ -154,8 +156,9 @@ fn a_column_that_falls_pushes_what_stands_on_springs() {
     near(way(&text), pressure * 2.0 * 0.1 / 1e4, 0.02);
 }
 
-/// Along a slow stream a beam swings by as much as the first mode has of the deflection under ½ρU² from one side, 0.1267 ½ρU² l⁴/(E I) (1/8 in all
-/// modes); along a stronger one by U/ω = 0.18 m: Euler's ω = 3.5160 √(E I/(ρ h))/l². A fast stream shakes it by a quarter of its length.
+/// Along a slow stream a beam swings by as much as the first mode has of the deflection under ½ρU² from one side,
+/// 0.1267 ½ρU² l⁴/(E I) (1/8 in all modes); along a stronger one by U/ω = 0.18 m: Euler's ω = 3.5160 √(E I/(ρ h))/l². A
+/// fast stream shakes it by a quarter of its length.
 #[test]
 fn a_beam_in_a_stream_swings_no_faster_than_that_and_no_wider_than_flags_do() {
     let text = edited(CANTILEVER, "gravity = [0, \"-1 m/s^2\"]\n", "");

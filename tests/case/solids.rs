@@ -58,7 +58,8 @@ fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
     expect_error(&edited(GOOD, from, to), at, message, help);
 }
 
-/// 0.1 m by 0.3 m of 1200 kg/m³ in elements of 0.05 m. The fluids have the rest: 0.4 · 0.5 + 0.05 · 0.2 and what is behind.
+/// 0.1 m by 0.3 m of 1200 kg/m³ in elements of 0.05 m. The fluids have the rest: 0.4 · 0.5 + 0.05 · 0.2 and what is
+/// behind.
 #[test]
 fn a_solid_has_its_elements_and_mass_and_no_particles() {
     let model = good(GOOD);
@@ -83,7 +84,8 @@ fn a_resolved_case_keeps_the_keys_of_its_solids() {
     assert_eq!(resolved(&first), first);
 }
 
-/// The stabilisation that solids bring along, another in one fluid than in several, is shown, and one that the case names stays.
+/// The stabilisation that solids bring along, another in one fluid than in several, is shown, and one that the case
+/// names stays.
 #[test]
 fn a_resolved_case_shows_the_stabilisation_beside_solids() {
     let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
@@ -215,8 +217,9 @@ fn incompressible_solids_are_said_and_material_points_are_not() {
     assert!(found.len() == 1 && found[0].message.contains("infinitely fast"), "{found:?}");
 }
 
-/// Stokes' layer is √(ν T/π) thick; elements of 0.02 m fill half of it at ν = π (0.04 m)²/T, and half of the layer of a stream of the speed U along the 0.3 m of the flap,
-/// 2 √(ν 0.3 m/U), at ν = (0.02 m)² U/(0.3 m). The thicker one counts.
+/// Stokes' layer is √(ν T/π) thick; elements of 0.02 m fill half of it at ν = π (0.04 m)²/T, and half of the layer of a
+/// stream of the speed U along the 0.3 m of the flap, 2 √(ν 0.3 m/U), at ν = (0.02 m)² U/(0.3 m). The thicker one
+/// counts.
 #[test]
 fn fluid_glides_where_elements_do_not_hold_its_layer() {
     let notes = |text: &str| good(text).summary.notes;

@@ -35,7 +35,8 @@ fn a_new_case_can_be_checked() {
     let output = lateen(home.path(), &["check", "mine/case.toml"]);
     let report = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    // 50 × 50 quadrilaterals; as many particles as the sphere has volumes of a particle, up to the lattice at its surface.
+    // 50 × 50 quadrilaterals; as many particles as the sphere has volumes of a particle, up to the lattice at its
+    // surface.
     assert!(report.contains("2500 elements"), "{report}");
     let line = report.lines().find(|line| line.starts_with("body sphere:")).expect("the sizes of the sphere");
     let particles: f64 = line.split_whitespace().nth(2).unwrap().parse().unwrap();
@@ -49,7 +50,8 @@ fn a_new_case_can_be_checked() {
     assert!(text(&again.stderr).contains("name another directory"), "{}", text(&again.stderr));
 }
 
-/// Of both methods, in two and three dimensions. (That all of them build without unexpected warnings is tested in `case/catalog.rs`.)
+/// Of both methods, in two and three dimensions. (That all of them build without unexpected warnings is tested in
+/// `case/catalog.rs`.)
 #[test]
 fn built_in_cases_are_checked_by_their_names() {
     let home = tempfile::tempdir().unwrap();

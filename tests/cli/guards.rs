@@ -1,4 +1,5 @@
-//! Effects of the environment on a run: signals, closed pipes, limits of memory and file size, folders that no run made.
+//! Effects of the environment on a run: signals, closed pipes, limits of memory and file size, folders that no run
+//! made.
 #![cfg(target_os = "linux")]
 
 use super::home::{Home, messages};

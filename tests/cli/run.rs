@@ -173,8 +173,8 @@ of = "flap"
 reduce = "top"
 "#;
 
-/// The state of solids, subscales and of the length of steps goes through the file of a checkpoint, too, twice: after a signal, and after a process that was
-/// killed within a step.
+/// The state of solids, subscales and of the length of steps goes through the file of a checkpoint, too, twice: after a
+/// signal, and after a process that was killed within a step.
 #[test]
 #[cfg(unix)]
 fn a_flow_with_a_solid_resumed_after_signals_leaves_the_same_bytes() {
@@ -240,8 +240,8 @@ fn a_body_that_leaves_the_grid_stops_the_run_with_its_place() {
     assert!(home.path("runs/block/plots/top.svg").is_file(), "what was computed is plotted");
 }
 
-/// The last good state is reached by repeating steps from a checkpoint: it must equal, byte for byte, that of a run that saves every
-/// step.
+/// The last good state is reached by repeating steps from a checkpoint: it must equal, byte for byte, that of a run
+/// that saves every step.
 #[test]
 fn a_failed_run_saves_and_shows_its_last_good_state() {
     let thrown = BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing").replace("bottom = \"slip\"", "");

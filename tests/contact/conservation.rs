@@ -41,8 +41,8 @@ fn drop_on_sheet(kernel: KernelKind, divisions: u32, friction: Friction, substep
     Setup { kernel, ..setup([20, 20, 20], vec![body], vec![sheet], friction) }
 }
 
-/// Momentum of body and sheet together: to 1e-12, for sheets coarser and finer than the grid, with and without friction and
-/// sub-steps. The energy that is missing is exactly what contact and FLIP report.
+/// Momentum of body and sheet together: to 1e-12, for sheets coarser and finer than the grid, with and without friction
+/// and sub-steps. The energy that is missing is exactly what contact and FLIP report.
 #[test]
 fn momentum_is_conserved_and_the_ledger_closes() {
     for (kernel, divisions, friction, substeps) in [
@@ -76,8 +76,8 @@ fn momentum_is_conserved_and_the_ledger_closes() {
     }
 }
 
-/// A body that starts somewhat inside of a sheet is at rest and stays so, however short the step: nothing pushes them together,
-/// so there is nothing that contact may give back.
+/// A body that starts somewhat inside of a sheet is at rest and stays so, however short the step: nothing pushes them
+/// together, so there is nothing that contact may give back.
 #[test]
 fn an_overlap_is_no_source_of_energy() {
     for dt in [0.02, 0.0002] {
@@ -104,8 +104,8 @@ fn the_ledger_closes_under_gravity() {
     }
 }
 
-/// The force on a body that the histories report is its change of momentum over the step of the momentum, which is half as long at
-/// the start.
+/// The force on a body that the histories report is its change of momentum over the step of the momentum, which is half
+/// as long at the start.
 #[test]
 fn reported_forces_are_changes_of_momentum() {
     for sheet_contact in PLACES {

@@ -25,8 +25,8 @@ fn rigid_blocks_go_on_together() {
     }
 }
 
-/// A wide rigid block (its corners, where normals tilt, matter little) on a support, on a membrane or on another body, that is pulled
-/// along it by `pull` under gravity 1.
+/// A wide rigid block (its corners, where normals tilt, matter little) on a support, on a membrane or on another body,
+/// that is pulled along it by `pull` under gravity 1.
 fn pulled(on_sheet: Option<SheetContact>, friction: Friction, pull: f64) -> World<2> {
     let gravity = [Signal::Constant(pull), Signal::Constant(-1.0)];
     let slider = block("block", [6.0, 5.0], [20, 4], 0.5, 1.0, Vector::ZERO);
@@ -74,8 +74,8 @@ fn first_contact<const D: usize>(setup: Setup<D>, dt: f64) -> f64 {
     f64::from((1..1000).find(acts).expect("they meet")) * dt
 }
 
-/// Contact of a block that comes down at speed 1 with a chain below it begins when the faces meet, not when the supports do, whatever
-/// the kernel and with sub-steps.
+/// Contact of a block that comes down at speed 1 with a chain below it begins when the faces meet, not when the
+/// supports do, whatever the kernel and with sub-steps.
 #[test]
 fn contact_begins_when_the_faces_meet() {
     let dt = 0.01;

@@ -181,8 +181,8 @@ pub fn setup<const D: usize>(
     }
 }
 
-/// A body whose particles keep their places relative to each other: after each step they get the body's mean velocity, and the
-/// deformation of the step is undone.
+/// A body whose particles keep their places relative to each other: after each step they get the body's mean velocity,
+/// and the deformation of the step is undone.
 struct RigidBody<const D: usize> {
     name: String,
     fixed: bool,
@@ -305,7 +305,8 @@ impl<const D: usize> World<D> {
         self.mpm.snapshot().ledger.closure(start) / start
     }
 
-    /// The only contact force, mean over the last step of the momentum: its name, and the force on the first of the two [N].
+    /// The only contact force, mean over the last step of the momentum: its name, and the force on the first of the two
+    /// [N].
     pub fn contact_force(&self) -> (String, Vector<D>) {
         let forces = self.mpm.snapshot().forces;
         let (name, force) =

@@ -19,9 +19,9 @@ fn impulse(contact_passes: usize) -> f64 {
     world.contact_force().1[1] * 0.5 * dt
 }
 
-/// The one grid node sees the mass m = ∫N dx = 1 of the chain, but the chain's own nodes take up a velocity N(x) of which
-/// the grid gets back ∫N² dx / ∫N dx = 2/3 only: each pass leaves a third of the approach, and the impulses of n passes
-/// are m (1 + 1/3 + …) = 3/2 (1 − 3⁻ⁿ), theory (D.16).
+/// The one grid node sees the mass m = ∫N dx = 1 of the chain, but the chain's own nodes take up a velocity N(x) of
+/// which the grid gets back ∫N² dx / ∫N dx = 2/3 only: each pass leaves a third of the approach, and the impulses of n
+/// passes are m (1 + 1/3 + …) = 3/2 (1 − 3⁻ⁿ), theory (D.16).
 #[test]
 fn each_pass_leaves_a_third_of_the_approach() {
     for passes in [1, 2, 3, 8] {

@@ -1,5 +1,6 @@
-//! Random cases of each kind of contact with sheets, from the case file on. In every one of them no particle crosses a sheet, contact dissipates
-//! energy and returns none, momentum changes by the external impulse, the ledger closes, and there is no notice about the balances.
+//! Random cases of each kind of contact with sheets, from the case file on. In every one of them no particle crosses a
+//! sheet, contact dissipates energy and returns none, momentum changes by the external impulse, the ledger closes, and
+//! there is no notice about the balances.
 
 use lateen::case::{Case, Source};
 use lateen::simulation::{Snapshot, Solver};
@@ -272,7 +273,8 @@ struct Invariants {
     seed: u64,
     dissipation: Dissipation,
     start: LedgerTerms,
-    /// The largest kinetic energy, work of gravity or of the bodies' stresses so far [J], and the largest momentum [N s].
+    /// The largest kinetic energy, work of gravity or of the bodies' stresses so far [J], and the largest momentum
+    /// [N s].
     work: f64,
     momentum: f64,
     /// The most that each kind of contact has taken so far [J].

@@ -35,9 +35,10 @@ fn halves(gravity: f64, sheet_contact: SheetContact) -> [Vec<f64>; 2] {
     [half(1.0), half(-1.0)]
 }
 
-/// The half that gravity presses against the sheet stays on its side, and the other one falls away from it, in both directions alike: to
-/// rounding with contact at nodes. Contact at particles sweeps over them in an order that the mirror image doesn't share, and stops where
-/// impulses change by 10⁻⁴: on average by as much of the way of a free fall.
+/// The half that gravity presses against the sheet stays on its side, and the other one falls away from it, in both
+/// directions alike: to rounding with contact at nodes. Contact at particles sweeps over them in an order that the
+/// mirror image doesn't share, and stops where impulses change by 10⁻⁴: on average by as much of the way of a free
+/// fall.
 #[test]
 fn both_halves_of_a_body_keep_their_sides() {
     for (place, tolerance) in PLACES.into_iter().zip([1e-11, 1e-4 * 0.5]) {

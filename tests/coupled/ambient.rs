@@ -39,8 +39,8 @@ fn bag(viscosity: f64, locking: Locking) -> Mpm<2> {
     start(Setup { locking, ..setup(open([0.0, 0.0], 0.1, [12, 12]), vec![gas], vec![film]) })
 }
 
-/// Nothing moves it: without p_a the film would have to bear 4e8 Pa. No force is the difference of two that don't quite cancel, so
-/// that rounding is all that is left, for gases with a stress and for averaged pressures, too.
+/// Nothing moves it: without p_a the film would have to bear 4e8 Pa. No force is the difference of two that don't quite
+/// cancel, so that rounding is all that is left, for gases with a stress and for averaged pressures, too.
 #[test]
 fn a_bag_at_the_pressure_of_the_atmosphere_rests() {
     for (viscosity, locking) in [(0.0, Locking::None), (1.8e-5, Locking::None), (0.0, Locking::Average { blend: 1.0 })]
@@ -60,8 +60,8 @@ fn a_bag_at_the_pressure_of_the_atmosphere_rests() {
     }
 }
 
-/// A slack loop of radius 1, blown up by gas at a pressure of 2 in an atmosphere of 1: as a property of the gas (`ambient`), or as
-/// a load on the loop.
+/// A slack loop of radius 1, blown up by gas at a pressure of 2 in an atmosphere of 1: as a property of the gas
+/// (`ambient`), or as a load on the loop.
 fn loop_in_air(ambient: f64, load: f64) -> Mpm<2> {
     let n = 63_u32;
     let corner =
@@ -92,8 +92,8 @@ fn blown_up(mpm: &mut Mpm<2>) -> [f64; 3] {
     sums.map(|sum| sum / count)
 }
 
-/// The tension is (p − p_a) R, and the same as where the atmosphere is a load on the sheet (0.75, 4 % longer than at the start). Volumes
-/// are known to 2 %, and with them pressures.
+/// The tension is (p − p_a) R, and the same as where the atmosphere is a load on the sheet (0.75, 4 % longer than at
+/// the start). Volumes are known to 2 %, and with them pressures.
 #[test]
 fn the_hoop_tension_of_a_round_bag_is_gauge_pressure_times_radius() {
     let mut mpm = loop_in_air(1.0, 0.0);

@@ -72,13 +72,14 @@ fn closed_membranes_enclose_the_volumes_of_cube_and_ball() {
     assert!(errors[0] < 0.02 && (3.8..4.2).contains(&(errors[0] / errors[1])), "{errors:?}");
 }
 
-/// A corner of a cube's face with 2 by 2 elements is lifted by h: two of the fan's four triangles of each of three elements have it.
+/// A corner of a cube's face with 2 by 2 elements is lifted by h: two of the fan's four triangles of each of three
+/// elements have it.
 #[test]
 fn volume_under_warped_quadrilaterals_is_that_of_their_fan_of_triangles() {
     let lifted =
         |h: f64| volume(cube(2, |x| if x == Vector([0.0, 0.0, 1.0]) { Vector([0.0, 0.0, 1.0 + h]) } else { x }));
-    // The middle of a face belongs to four squares with sides of 1. In each, its lifting by h lifts the mean point by h/4: the mean
-    // height of the fan is that of two triangles with (h, 0, h/4) and two with (0, 0, h/4).
+    // The middle of a face belongs to four squares with sides of 1. In each, its lifting by h lifts the mean point by
+    // h/4: the mean height of the fan is that of two triangles with (h, 0, h/4) and two with (0, 0, h/4).
     let each = (2.0 * (0.1 + 0.025) / 3.0 + 2.0 * 0.025 / 3.0) / 4.0;
     assert!((lifted(0.1).unwrap() - 8.0 - 4.0 * each).abs() < 1e-13);
 }
@@ -105,8 +106,8 @@ fn a_loop_encloses_its_area() {
     assert_eq!(volume(chain(false)), None);
 }
 
-/// Gas of 1 Pa on the upper side of a flat sheet that is held: the sheet feels 1 Pa, away from its normal or along it, and in sum
-/// the contact force, whichever way contact is found.
+/// Gas of 1 Pa on the upper side of a flat sheet that is held: the sheet feels 1 Pa, away from its normal or along it,
+/// and in sum the contact force, whichever way contact is found.
 #[test]
 fn the_contact_pressure_is_that_of_the_gas_and_sums_to_the_contact_force() {
     for (contact, sign) in [(SheetContact::Nodes, 1.0), (SheetContact::Particles, -1.0)] {

@@ -1,4 +1,5 @@
-//! Gas in membranes: no particle crosses, and the paper's loop oscillates with the extrema and the period of independent results.
+//! Gas in membranes: no particle crosses, and the paper's loop oscillates with the extrema and the period of
+//! independent results.
 
 use crate::model::*;
 use lateen::material::StartState;
@@ -35,11 +36,13 @@ fn expansion(dissipation: Dissipation) -> Mpm<2> {
     start(Setup { dissipation, ..setup })
 }
 
-/// The first extrema of the oscillation, times and radii, are those of an independent program (theory D.18), which knows them to 0.02.
+/// The first extrema of the oscillation, times and radii, are those of an independent program (theory D.18), which
+/// knows them to 0.02.
 ///
-/// The energy that is lost has no closed form. That program loses 3.1 to 5.1 % with cells of 0.1, depending on shape functions and gap, and
-/// 3.0 % in contact (`cases/mpm/gas-expansion`). The bounds are a quarter above the most of it, and a third around its part in contact: they
-/// guard against a regression that dissipates more, or misses the impact of the gas.
+/// The energy that is lost has no closed form. That program loses 3.1 to 5.1 % with cells of 0.1, depending on shape
+/// functions and gap, and 3.0 % in contact (`cases/mpm/gas-expansion`). The bounds are a quarter above the most of it,
+/// and a third around its part in contact: they guard against a regression that dissipates more, or misses the impact
+/// of the gas.
 #[test]
 fn extrema_and_losses_of_the_gas_loop_agree_with_an_independent_program() {
     let mut mpm = expansion(Dissipation::Lost);
@@ -69,8 +72,9 @@ fn extrema_and_losses_of_the_gas_loop_agree_with_an_independent_program() {
     assert_eq!(crossed(&mpm), 0);
 }
 
-/// With the heat of the transfer, energy is lost in contact and in the stresses of the sheet alone: an identity of the ledger. That the
-/// transfer dissipates more than 1 %, as in an independent program (`cases/mpm/gas-expansion`), shows that there is something to keep.
+/// With the heat of the transfer, energy is lost in contact and in the stresses of the sheet alone: an identity of the
+/// ledger. That the transfer dissipates more than 1 %, as in an independent program (`cases/mpm/gas-expansion`), shows
+/// that there is something to keep.
 #[test]
 fn transfer_dissipation_heats_the_gas_in_the_loop() {
     let mut mpm = expansion(Dissipation::Heat);
@@ -86,8 +90,8 @@ fn transfer_dissipation_heats_the_gas_in_the_loop() {
     assert!(closure(&mpm).abs() < 1e-12);
 }
 
-/// The membrane is inextensible, so it oscillates about a circle of perimeter 6 with the period 0.988 of the second ring
-/// mode of a gas-filled loop (theory (D.32)).
+/// The membrane is inextensible, so it oscillates about a circle of perimeter 6 with the period 0.988 of the second
+/// ring mode of a gas-filled loop (theory (D.32)).
 #[test]
 fn the_gas_loop_oscillates_with_the_period_of_its_ring_mode() {
     let mut mpm = expansion(Dissipation::Lost);
@@ -107,8 +111,8 @@ fn the_gas_loop_oscillates_with_the_period_of_its_ring_mode() {
     assert!((mean / 0.9554 - 1.0).abs() < 0.02, "radius {mean}");
 }
 
-/// A heavy sheet, held at its ends and under the same pressure from outside as from inside, closes a box of gas: it stays at rest, also
-/// next to its supports.
+/// A heavy sheet, held at its ends and under the same pressure from outside as from inside, closes a box of gas: it
+/// stays at rest, also next to its supports.
 #[test]
 fn a_sheet_between_equal_pressures_stays_at_rest_up_to_its_supports() {
     let (points, elements) = chain(&[[0.0, 0.0], [0.6, 0.0]], &[12]);

@@ -13,8 +13,9 @@ fn lid(n: u32, cell: f64) -> (Vec<Vector<3>>, Vec<Vec<u32>>) {
     (places.collect(), elements.map(|corners| corners.map(|(i, j)| corner(i, j)).to_vec()).collect())
 }
 
-/// Gas at rest, one cell deep, under a lid that is held. At the nodes on the wall the areas of the lid and of its mirror image
-/// cancel: what rounding leaves of them is no normal, along which the gas would be pushed out through a wall.
+/// Gas at rest, one cell deep, under a lid that is held. At the nodes on the wall the areas of the lid and of its
+/// mirror image cancel: what rounding leaves of them is no normal, along which the gas would be pushed out through a
+/// wall.
 #[test]
 fn gas_one_cell_deep_under_a_lid_stays_at_rest() {
     let (n, cell) = (8, 0.125);

@@ -38,9 +38,9 @@ fn enclosed(nodes: &[[f64; 3]]) -> f64 {
     0.5 * nodes.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
 }
 
-/// A balloon full of water that falls on a floor and sloshes there encloses no less than 95 % of the water's own volume, which pressure changes by
-/// less than a per mille; contact gives back no more than 0.1 % of what gravity does, the floor 1 %; no particle crosses. Without the room that volumes follow the loop
-/// encloses a tenth less after 1.5 s.
+/// A balloon full of water that falls on a floor and sloshes there encloses no less than 95 % of the water's own
+/// volume, which pressure changes by less than a per mille; contact gives back no more than 0.1 % of what gravity does,
+/// the floor 1 %; no particle crosses. Without the room that volumes follow the loop encloses a tenth less after 1.5 s.
 #[test]
 fn a_balloon_full_of_water_keeps_its_volume() {
     let mut mpm = balloon();

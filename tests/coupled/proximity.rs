@@ -49,8 +49,8 @@ fn time(text: &str) -> f64 {
     text.split("at t = ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap()
 }
 
-/// Two flat sheets face to face, 0.1 m apart and 4 mm thick, approach each other at 2 m/s: at 48 ms they are a thickness
-/// apart, at 52 ms they have passed.
+/// Two flat sheets face to face, 0.1 m apart and 4 mm thick, approach each other at 2 m/s: at 48 ms they are a
+/// thickness apart, at 52 ms they have passed.
 #[test]
 fn sheets_that_approach_face_to_face_are_reported_within_a_thickness() {
     let pair = || {
@@ -66,8 +66,8 @@ fn sheets_that_approach_face_to_face_are_reported_within_a_thickness() {
     assert!((height - 0.45).abs() < 4e-3, "{text}");
 }
 
-/// The sheets that approach each other face to face, saved as soon as they are known to meet: they do so for a millisecond more, in
-/// the run that goes on from there, too, and there is no second notice.
+/// The sheets that approach each other face to face, saved as soon as they are known to meet: they do so for a
+/// millisecond more, in the run that goes on from there, too, and there is no second notice.
 #[test]
 fn a_resumed_run_does_not_repeat_notices_of_contact_between_sheets() {
     let pair = || {
@@ -96,7 +96,8 @@ fn a_resumed_run_does_not_repeat_notices_of_contact_between_sheets() {
     assert!(t < 0.052, "they are still within a thickness: {t}");
 }
 
-/// A line of 1 m that falls with its end first onto another at 1 m/s from a height of 0.105 m: after 101 ms it is a thickness away.
+/// A line of 1 m that falls with its end first onto another at 1 m/s from a height of 0.105 m: after 101 ms it is a
+/// thickness away.
 #[test]
 fn contact_between_lines_is_reported_with_time_and_place() {
     let floor = named("floor", Vector::ZERO, line(20, |s| [s, 0.2]));
@@ -109,7 +110,8 @@ fn contact_between_lines_is_reported_with_time_and_place() {
 }
 
 /// Two arms of 0.5 m at 60 degrees swing towards each other about their hinge at 1 rad/s each: after
-/// π/6 s they would be one. An element away from the hinge they are a thickness apart when the angle is 0.04 to each side.
+/// π/6 s they would be one. An element away from the hinge they are a thickness apart when the angle is 0.04 to each
+/// side.
 #[test]
 fn a_sheet_that_folds_onto_itself_is_reported_once() {
     let angle = std::f64::consts::PI / 6.0;
@@ -151,7 +153,8 @@ fn neighbours_and_joined_sheets_are_not_reported() {
     assert_eq!(notices(&mut mpm, 0.2), []);
 }
 
-/// The distance of two triangles by trying all of their corners, sides and faces: for each pair the least squares solution, taken where it lies in both.
+/// The distance of two triangles by trying all of their corners, sides and faces: for each pair the least squares
+/// solution, taken where it lies in both.
 fn distance_by_all_pairs(a: &[Vector<3>; 3], b: &[Vector<3>; 3]) -> f64 {
     const PARTS: [&[usize]; 7] = [&[0], &[1], &[2], &[0, 1], &[1, 2], &[2, 0], &[0, 1, 2]];
     let of = |p: &[usize], q: &[usize]| {

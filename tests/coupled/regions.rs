@@ -53,9 +53,10 @@ fn places(mpm: &Mpm<2>) -> BTreeMap<u32, [f64; 3]> {
     snapshot.points[0].id.iter().copied().zip(snapshot.points[0].position.iter().copied()).collect()
 }
 
-/// Gas that streams in a long box through gas at rest, with next to no pressure, for half a cell: at the long sides of the box, too
-/// far from its ends to feel them, the inner gas moves with its speed and the outer gas not at all. In one velocity field each would
-/// move with a mixture of both: next to the sheet, by a third of the way too little or too much.
+/// Gas that streams in a long box through gas at rest, with next to no pressure, for half a cell: at the long sides of
+/// the box, too far from its ends to feel them, the inner gas moves with its speed and the outer gas not at all. In one
+/// velocity field each would move with a mixture of both: next to the sheet, by a third of the way too little or too
+/// much.
 #[test]
 fn streams_on_both_sides_of_a_closed_sheet_do_not_drag_each_other() {
     let corners = [[0.4, 0.3], [2.0, 0.3], [2.0, 0.9], [0.4, 0.9]];
@@ -84,8 +85,9 @@ fn streams_on_both_sides_of_a_closed_sheet_do_not_drag_each_other() {
     }
 }
 
-/// A loop like a horseshoe in still gas, in and around it: nothing leaves its region, and next to nothing moves. Contact at
-/// particles pushes elsewhere than pressure does, at corners and off the nodes of the grid, and leaves the gas less still.
+/// A loop like a horseshoe in still gas, in and around it: nothing leaves its region, and next to nothing moves.
+/// Contact at particles pushes elsewhere than pressure does, at corners and off the nodes of the grid, and leaves the
+/// gas less still.
 #[test]
 fn still_gas_stays_in_the_regions_of_a_folded_loop() {
     let corners = [[0.3, 0.3], [1.2, 0.3], [1.2, 1.2], [0.9, 1.2], [0.9, 0.6], [0.6, 0.6], [0.6, 1.2], [0.3, 1.2]];
@@ -103,8 +105,8 @@ fn still_gas_stays_in_the_regions_of_a_folded_loop() {
     }
 }
 
-/// Twice the pressure inside of a box that is held: each side keeps its energy, as next to nothing moves and nothing mixes. The body is
-/// one in all outputs: each particle once, one force, one energy.
+/// Twice the pressure inside of a box that is held: each side keeps its energy, as next to nothing moves and nothing
+/// mixes. The body is one in all outputs: each particle once, one force, one energy.
 #[test]
 fn a_body_in_two_regions_keeps_two_pressures_and_one_name() {
     let corners = [[0.4, 0.4], [1.0, 0.4], [1.0, 1.0], [0.4, 1.0]];

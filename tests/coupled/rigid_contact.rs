@@ -49,7 +49,8 @@ fn mean_velocity(mpm: &Mpm<2>) -> Vector<2> {
     Vector([term(mpm, "momentum x"), term(mpm, "momentum y")]) / term(mpm, "mass")
 }
 
-/// On an incline a strip slides with g (sin θ − μ cos θ) if tan θ > μ, else it stays: to the last digits, since every node does the same.
+/// On an incline a strip slides with g (sin θ − μ cos θ) if tan θ > μ, else it stays: to the last digits, since every
+/// node does the same.
 #[test]
 fn a_strip_on_an_incline_slides_by_coulombs_law() {
     let (sin, cos) = (30.0_f64.to_radians().sin(), 30.0_f64.to_radians().cos());
@@ -66,8 +67,8 @@ fn a_strip_on_an_incline_slides_by_coulombs_law() {
     }
 }
 
-/// A strip that falls askew on a floor of the domain comes to rest there: what it falls is what the wall dissipates, its weight is what
-/// the wall bears, and it is nowhere below the floor.
+/// A strip that falls askew on a floor of the domain comes to rest there: what it falls is what the wall dissipates,
+/// its weight is what the wall bears, and it is nowhere below the floor.
 #[test]
 fn a_strip_that_falls_on_a_floor_comes_to_rest() {
     let mut grid = open([-0.1, 0.0], 0.05, [8, 8]);
@@ -89,7 +90,8 @@ fn a_strip_that_falls_on_a_floor_comes_to_rest() {
     assert!(term(&mpm, "kinetic energy: sheet") < 1e-6 * term(&mpm, "work of gravity: sheet"));
 }
 
-/// A floor that rises carries a strip at its own speed, does the work for it, and a belt that starts drags it along by friction.
+/// A floor that rises carries a strip at its own speed, does the work for it, and a belt that starts drags it along by
+/// friction.
 #[test]
 fn moving_obstacles_do_work_on_a_strip() {
     // In short steps: momentum begins half of one later than positions, and the weight of that is not lifted.
@@ -117,8 +119,8 @@ fn moving_obstacles_do_work_on_a_strip() {
     assert!(!slipping, "the belt has caught up");
 }
 
-/// A sheet pressed by water on an obstacle: the water is stopped with it, whatever the ratio of their masses, and momentum is what
-/// gravity and the obstacle gave.
+/// A sheet pressed by water on an obstacle: the water is stopped with it, whatever the ratio of their masses, and
+/// momentum is what gravity and the obstacle gave.
 #[test]
 fn a_light_sheet_under_water_on_an_obstacle_holds_the_water() {
     let eos = lateen::material::EquationsOfState::Linear(lateen::material::eos::Linear {

@@ -22,8 +22,8 @@ fn water() -> Box<dyn PointLaw> {
     Box::new(Fluid { density: 1000.0, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 
-/// A chain that stands in an arch falls through its supports and snaps taut again and again: its energy is never above what
-/// gravity has given. In steps of the stable length of the flat sheet it gained a hundred times that.
+/// A chain that stands in an arch falls through its supports and snaps taut again and again: its energy is never above
+/// what gravity has given. In steps of the stable length of the flat sheet it gained a hundred times that.
 #[test]
 fn a_slack_sheet_that_snaps_taut_gains_nothing() {
     let arch = |s: f64| [0.5 - 0.5 * (std::f64::consts::PI * s).cos(), 0.4 * (std::f64::consts::PI * s).sin()];
@@ -32,7 +32,8 @@ fn a_slack_sheet_that_snaps_taut_gains_nothing() {
     let terms = ["kinetic energy: sheet", "strain energy: sheet", "work of gravity: sheet"];
     run(&mut mpm, 2.0, |t, mpm| {
         let [kinetic, strain, work] = terms.map(|name| term(mpm, name));
-        // 0.14 kg fall by up to 0.9 m. The ledger carries the strain energy on by half a step, to the time of the velocities.
+        // 0.14 kg fall by up to 0.9 m. The ledger carries the strain energy on by half a step, to the time of the
+        // velocities.
         assert!(strain > -1e-3 && kinetic + strain < work + 0.01, "t = {t}: {kinetic} + {strain} J of {work}");
     });
 }
@@ -49,8 +50,8 @@ fn squeezed() -> Mpm<2> {
     start(Setup { sheet_contact: SheetContact::Particles, ..setup })
 }
 
-/// A light sheet between heavy particles is hit from both sides. Contact only ever takes energy; where it undid overlaps by velocities,
-/// each side threw back what the other had thrown.
+/// A light sheet between heavy particles is hit from both sides. Contact only ever takes energy; where it undid
+/// overlaps by velocities, each side threw back what the other had thrown.
 #[test]
 fn a_light_sheet_between_two_bodies_gets_no_energy_from_contact() {
     let mut mpm = squeezed();

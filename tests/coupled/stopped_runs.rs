@@ -1,5 +1,5 @@
-//! A membrane that leaves the grid through an open end, gets into an obstacle that it doesn't meet, or has no way out between what
-//! moves, stops the run by name.
+//! A membrane that leaves the grid through an open end, gets into an obstacle that it doesn't meet, or has no way out
+//! between what moves, stops the run by name.
 
 use crate::model::*;
 use lateen::error::{Place, StepError};
@@ -85,8 +85,9 @@ fn plate(name: &str, [low, high]: [f64; 2], speed: f64) -> Obstacle {
     Obstacle { name: name.into(), region, kind: WallKind::Separate, velocity }
 }
 
-/// Plates at the heights 0.3 + t and 0.7 − t close on the chain: the lower one takes it along from 0.1 on, at 0.15 nothing is left but its
-/// thickness, at 0.17 three fifths of that. Steps are 0.02 long. (Without a stop it ends up on the other side of one of them.)
+/// Plates at the heights 0.3 + t and 0.7 − t close on the chain: the lower one takes it along from 0.1 on, at 0.15
+/// nothing is left but its thickness, at 0.17 three fifths of that. Steps are 0.02 long. (Without a stop it ends up on
+/// the other side of one of them.)
 #[test]
 fn two_plates_that_squeeze_a_sheet_stop_the_run() {
     let closing = || {
@@ -119,7 +120,8 @@ fn a_plate_that_squeezes_a_sheet_against_a_wall_stops_the_run() {
     assert!((0.4..0.48).contains(&error.time), "{error}");
 }
 
-/// Contact at the mid-surface: the node is out of the grid before the plate overlaps with the wall by anything that counts.
+/// Contact at the mid-surface: the node is out of the grid before the plate overlaps with the wall by anything that
+/// counts.
 #[test]
 fn a_plate_that_presses_a_sheet_through_a_wall_stops_the_run() {
     let mut setup = resting(0.0);
@@ -146,8 +148,8 @@ fn a_node_that_leaves_the_grid_along_an_obstacle_is_not_blamed_on_it() {
     assert!((error.time - 0.5).abs() < 0.05, "{error}");
 }
 
-/// Nobody gives way where a plate at the height 0.3 + t meets a node that is held at 0.5. One that is held in an obstacle from the start
-/// stays in it.
+/// Nobody gives way where a plate at the height 0.3 + t meets a node that is held at 0.5. One that is held in an
+/// obstacle from the start stays in it.
 #[test]
 fn a_plate_that_overruns_a_held_node_stops_the_run() {
     let held = |start: f64, speed: f64| {

@@ -39,8 +39,8 @@ fn square() -> Membrane<3> {
     quadrilateral(law, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 }
 
-/// Moves the nodes to `target` in 500 straight steps of 1 s, so slowly that viscosity is nothing; `watch` sees the strain
-/// and the hourglass energy [J] after each step. Returns the last.
+/// Moves the nodes to `target` in 500 straight steps of 1 s, so slowly that viscosity is nothing; `watch` sees the
+/// strain and the hourglass energy [J] after each step. Returns the last.
 fn deform(sheet: &mut Membrane<3>, target: &[Vector<3>], mut watch: impl FnMut([f64; 2])) -> [f64; 2] {
     let velocity: Vec<_> = sheet.position.iter().zip(target).map(|(&x, &end)| (end - x) * (1.0 / 500.0)).collect();
     for step in 0..=500 {
@@ -116,13 +116,14 @@ fn bilinear_modes_return_their_energy() {
         deform(&mut sheet, &bent(size, axis, a), |[strain, hourglass]| least = least.min(strain + hourglass));
     }
     let [strain, hourglass] = deform(&mut sheet, &bent([1.0, 1.0], 0, 0.0), |_| ());
-    // The stretch of the first stage took 41 J; the half step to the time of the velocities is off by a part of 500 of it.
+    // The stretch of the first stage took 41 J; the half step to the time of the velocities is off by a part of 500 of
+    // it.
     assert!(least > -0.2, "{least} J");
     assert!(strain.abs() < 1e-6 && (0.0..1e-2).contains(&hourglass), "{strain} J and {hourglass} J left");
 }
 
-/// A free quadrilateral has no more energy than at the start. Kinetic energy is taken half a step before the strain energy, for which the
-/// bound leaves 10 %.
+/// A free quadrilateral has no more energy than at the start. Kinetic energy is taken half a step before the strain
+/// energy, for which the bound leaves 10 %.
 #[test]
 fn default_steps_of_a_wrinkling_quadrilateral_gain_no_energy() {
     let corners = [[0.0, 0.0], [1.3, 0.1], [0.8, 0.9], [-0.2, 0.7]];

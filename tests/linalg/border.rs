@@ -1,8 +1,10 @@
-//! Systems with a border: added unknowns y_j, each of which moves a part of the bottom of a box of fluid and has a mass of its own.
+//! Systems with a border: added unknowns y_j, each of which moves a part of the bottom of a box of fluid and has a mass
+//! of its own.
 //!
-//! The velocity of the nodes of the bottom is v_y = Σ_j φ_j(x) y_j. With P = (φ_j), A of the fluid whose bottom is free, and masses m of the
-//! added unknowns over the step: E = A P, F = Pᵀ A, S = Pᵀ A P + m. Solutions are put in. Bounds on numbers of iterations have no reference outside
-//! of this program: they guard that the preconditioner of the border stays effective.
+//! The velocity of the nodes of the bottom is v_y = Σ_j φ_j(x) y_j. With P = (φ_j), A of the fluid whose bottom is
+//! free, and masses m of the added unknowns over the step: E = A P, F = Pᵀ A, S = Pᵀ A P + m. Solutions are put in.
+//! Bounds on numbers of iterations have no reference outside of this program: they guard that the preconditioner of the
+//! border stays effective.
 
 use lateen::linalg::{
     BlockMatrix, Border, BorderedRows, BorderedVector, LinearSolver, NearAndBorder, Pattern, SolverKind, SolverOptions,
@@ -195,15 +197,17 @@ fn twelve_light_added_unknowns_take_few_more_iterations_than_heavy_ones() {
     }
 }
 
-/// Forty are more than the correction takes, and what it leaves out must not become worse: 9 iterations where they don't yield, 20 where they do, 23
-/// without the correction, and 26 with one that projects the added mass on its motions.
+/// Forty are more than the correction takes, and what it leaves out must not become worse: 9 iterations where they
+/// don't yield, 20 where they do, 23 without the correction, and 26 with one that projects the added mass on its
+/// motions.
 #[test]
 fn light_added_unknowns_beyond_those_that_are_corrected_take_no_more_iterations() {
     let [heavy, light] = [1e6, 1e-6].map(|mass| iterations(SolverKind::Direct, [64, 40], mass));
     assert!(2 * light <= 5 * heavy, "{light} {heavy}");
 }
 
-/// Masses over the step are others where the step is: a correction that is kept all the same leaves 26 iterations instead of 16.
+/// Masses over the step are others where the step is: a correction that is kept all the same leaves 26 iterations
+/// instead of 16.
 #[test]
 fn the_correction_of_a_longer_step_is_not_kept() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [64; 2]).unwrap();

@@ -1,7 +1,7 @@
 //! Linear systems with known solutions: against dense factorisations, manufactured fields and the continuum.
 //!
-//! Bounds on numbers of iterations have no reference outside of this program. They guard that a preconditioner stays effective: one
-//! that is wrong takes many times as many, or fails.
+//! Bounds on numbers of iterations have no reference outside of this program. They guard that a preconditioner stays
+//! effective: one that is wrong takes many times as many, or fails.
 
 use lateen::linalg::{BlockMatrix, LinearSolver, Pattern, SolverKind, SolverOptions};
 use lateen::math::Vector;
@@ -200,7 +200,8 @@ fn iterations_of_multigrid_grow_little_with_the_mesh() {
     assert!(counts[2] as f64 <= 1.25 * counts[0] as f64 + 1.0, "{counts:?} in 3D");
 }
 
-/// Four and eight triangles, or eight to forty-eight tetrahedra, around nodes side by side: the diagonals differ as much.
+/// Four and eight triangles, or eight to forty-eight tetrahedra, around nodes side by side: the diagonals differ as
+/// much.
 #[test]
 fn iterations_of_multigrid_do_not_grow_where_cells_are_mirrored() {
     fn mirrored<const D: usize, const N: usize>(cells: usize) -> Mesh<D, N> {
@@ -233,8 +234,9 @@ fn a_factor_of_the_symmetric_part_preconditions_the_unsymmetric_form() {
     assert!(error < 1e-6 && iterations <= 40, "{error} in {iterations}");
 }
 
-/// Rows of continuity times factors above one half make the matrix unsymmetric and change nothing of its solution: balanced, it takes hardly more iterations
-/// than the symmetric one. (The consistent form is that with 1 − τ/Δ, up to what τ changes from element to element.)
+/// Rows of continuity times factors above one half make the matrix unsymmetric and change nothing of its solution:
+/// balanced, it takes hardly more iterations than the symmetric one. (The consistent form is that with 1 − τ/Δ, up to
+/// what τ changes from element to element.)
 #[test]
 fn factors_of_the_rows_of_continuity_cost_no_iterations() {
     let mesh = unit_box::<2, 3>(24);
@@ -293,7 +295,8 @@ fn the_first_preconditioner_returns_after_systems_that_needed_another() {
     assert!(solve(&hard) != usual);
     assert!(solve(&hard) != usual);
     assert_eq!([&easy, &easy].map(&mut solve)[1], usual);
-    // The number of systems before the usual method is tried again doubles with every failure in a row, and a success resets it.
+    // The number of systems before the usual method is tried again doubles with every failure in a row, and a success
+    // resets it.
     assert!((0..2).all(|_| solve(&hard) != usual));
     assert_eq!(solve(&easy), usual);
 }

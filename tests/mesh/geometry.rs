@@ -12,8 +12,8 @@ fn point() -> impl Strategy<Value = [f64; 3]> {
     prop::array::uniform3(-3.0..3.0f64)
 }
 
-/// Distance to what is between −half and half along each direction, where these are lengths across the shape: the nearest point outside, the nearest
-/// side inside.
+/// Distance to what is between −half and half along each direction, where these are lengths across the shape: the
+/// nearest point outside, the nearest side inside.
 fn between(across: &[f64], half: &[f64]) -> f64 {
     let over: Vec<f64> = across.iter().zip(half).map(|(x, h)| x.abs() - h).collect();
     let nearest_side = over.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -139,7 +139,8 @@ fn surfaces_from_files_have_their_volume_and_inside() {
     assert!((tetrahedron.volume() - 8.0 / 6.0).abs() < 1e-15);
 }
 
-/// The roof over a unit square with heights 1, 1.2, 1, 1.2 at the corners holds 1.1; cut along one diagonal, 16/15 or 17/15.
+/// The roof over a unit square with heights 1, 1.2, 1, 1.2 at the corners holds 1.1; cut along one diagonal, 16/15 or
+/// 17/15.
 #[test]
 fn the_volume_under_quadrilaterals_is_independent_of_diagonals() {
     let roof = |heights: [f64; 4]| {

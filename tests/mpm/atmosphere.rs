@@ -49,8 +49,8 @@ fn a_gas_column_in_an_atmosphere_has_the_period_of_an_open_pipe() {
     assert!((largest / 0.006_366 - 1.0).abs() < 0.01, "{largest}");
 }
 
-/// Compares the work of the atmosphere on a column at another pressure, whose end moves with the speed u until waves return from the
-/// wall, with −p_a A u t.
+/// Compares the work of the atmosphere on a column at another pressure, whose end moves with the speed u until waves
+/// return from the wall, with −p_a A u t.
 fn work_of_the_atmosphere([pressure, ambient]: [f64; 2], u: f64, [end, tolerance]: [f64; 2]) {
     let n = 80;
     let mut mpm = column(n, [pressure, ambient], |_| Vector::ZERO);
@@ -75,7 +75,8 @@ fn expanding_gas_does_the_work_of_a_rarefaction_on_the_atmosphere() {
     work_of_the_atmosphere([1.0, 0.5], 5.0 * (1.0 - 0.5_f64.powf(1.0 / 7.0)), [0.8, 0.01]);
 }
 
-/// From four fifths of it a shock does: u = (p_a − p) √(2/(ρ ((γ + 1) p_a + (γ − 1) p))), to the ringing behind the shock.
+/// From four fifths of it a shock does: u = (p_a − p) √(2/(ρ ((γ + 1) p_a + (γ − 1) p))), to the ringing behind the
+/// shock.
 #[test]
 fn the_atmosphere_does_the_work_of_a_shock_on_gas_that_it_compresses() {
     work_of_the_atmosphere([0.8, 1.0], -0.2 * (2.0 / (1.4 * (2.4 + 0.4 * 0.8_f64))).sqrt(), [0.7, 0.03]);

@@ -1,4 +1,5 @@
-//! Beams that bend far, against the beam of Reissner (1972): plane sections, exact rotations, linear in strains and curvature.
+//! Beams that bend far, against the beam of Reissner (1972): plane sections, exact rotations, linear in strains and
+//! curvature.
 
 use crate::model::*;
 use lateen::material::{Elastic, Hypoelastic, PointLaw};
@@ -11,11 +12,11 @@ const DEPTH: f64 = 0.1;
 const YOUNG: f64 = 3e6;
 const DENSITY: f64 = 1000.0;
 
-/// Height [m] of the tip of a beam of this length [m], clamped at the origin, under a weight [N/m] and a load at the tip [N], per metre of
-/// width.
+/// Height [m] of the tip of a beam of this length [m], clamped at the origin, under a weight [N/m] and a load at the
+/// tip [N], per metre of width.
 ///
-/// x' = (1 + ε) t + γ n, M' = −x' F with the force F(s) beyond a section; the moment at the clamp is the one that leaves none at
-/// the tip. Poisson's ratio is 0; the shear of a rectangle is stiff by 5/6.
+/// x' = (1 + ε) t + γ n, M' = −x' F with the force F(s) beyond a section; the moment at the clamp is the one that
+/// leaves none at the tip. Poisson's ratio is 0; the shear of a rectangle is stiff by 5/6.
 fn reissner(length: f64, weight: f64, load: f64) -> f64 {
     let (axial, bending) = (YOUNG * DEPTH, YOUNG * DEPTH.powi(3) / 12.0);
     let shear = 5.0 / 6.0 * 0.5 * YOUNG * DEPTH;
@@ -47,8 +48,8 @@ fn reissner(length: f64, weight: f64, load: f64) -> f64 {
     shoot(low)[1]
 }
 
-/// Small deflections: w L⁴/8EI + P L³/3EI with shear, and the published end of an inextensible cantilever with P L²/EI = 2,
-/// 0.4935 L (Mattiasson 1981).
+/// Small deflections: w L⁴/8EI + P L³/3EI with shear, and the published end of an inextensible cantilever with P
+/// L²/EI = 2, 0.4935 L (Mattiasson 1981).
 #[test]
 fn the_integrated_beam_agrees_with_linear_theory_and_mattiasson() {
     let (bending, shear) = (YOUNG * DEPTH.powi(3) / 12.0, 5.0 / 12.0 * YOUNG * DEPTH);
@@ -64,8 +65,8 @@ fn the_integrated_beam_agrees_with_linear_theory_and_mattiasson() {
     assert!((0.4935..0.4935 + load / shear).contains(&bend), "{bend}");
 }
 
-/// A beam with four cells over its depth, clamped at x = 0, under gravity `g` [m/s²] or a load at its tip [N/m] that grow for half
-/// a second.
+/// A beam with four cells over its depth, clamped at x = 0, under gravity `g` [m/s²] or a load at its tip [N/m] that
+/// grow for half a second.
 fn beam(law: Box<dyn PointLaw>, g: f64, load: f64, transfer: Transfer) -> Mpm<2> {
     let cell = DEPTH / 4.0;
     let mut grid = grid([0.0, -0.325], cell, [20, 16], WallKind::Open);
@@ -110,8 +111,8 @@ fn sag(mpm: &mut Mpm<2>, end: f64) -> (f64, f64) {
 
 const DAMPED: Transfer = Transfer::Flip { relaxation: 0.02, filter_order: 0, filter_interval: 0 };
 
-/// Strains of a quarter at the clamp. With positions that move with v⁺ stripes of stress a cell wide grow from 1.5 s on, and 13 J
-/// of 280 J are lost by 2 s, 100 J by 3 s.
+/// Strains of a quarter at the clamp. With positions that move with v⁺ stripes of stress a cell wide grow from 1.5 s
+/// on, and 13 J of 280 J are lost by 2 s, 100 J by 3 s.
 #[test]
 fn a_cantilever_under_its_weight_rests_at_the_sag_of_reissners_beam() {
     let (sag, lost) = sag(&mut beam(rubber(DENSITY, YOUNG, 0.0), 180.0, 0.0, DAMPED), 2.6);

@@ -20,8 +20,8 @@ fn mean_velocity<const D: usize>(mpm: &Mpm<D>) -> Vector<D> {
     Vector::from_fn(|a| (0..n).map(|p| v[3 * p + a]).sum::<f64>() / n as f64)
 }
 
-/// Two equal elastic bars (ν = 0, c = 10, ρ = 1, length 1) that meet head-on with ±0.1: the share of the speed that they
-/// part with, and the mean stress between them while the first waves travel over ρ c V.
+/// Two equal elastic bars (ν = 0, c = 10, ρ = 1, length 1) that meet head-on with ±0.1: the share of the speed that
+/// they part with, and the mean stress between them while the first waves travel over ρ c V.
 fn bars(cells: i32) -> (f64, f64) {
     let h = 1.0 / f64::from(cells);
     let mut grid = grid([0.0, 0.0], h, [3 * cells, 1], WallKind::Slip);
@@ -46,8 +46,8 @@ fn bars(cells: i32) -> (f64, f64) {
     (-mean_velocity(&mpm)[0] / 0.1, impulse / time / (h * 10.0 * 0.1))
 }
 
-/// Elastic bars of equal length exchange their velocities in full, and the stress between them is ρ c V (theory A.18). The exact
-/// restitution is 1; the loss at the nodes of the contact is of the order of the cell.
+/// Elastic bars of equal length exchange their velocities in full, and the stress between them is ρ c V (theory A.18).
+/// The exact restitution is 1; the loss at the nodes of the contact is of the order of the cell.
 #[test]
 fn colliding_bars_exchange_velocities_at_the_stress_rho_c_v() {
     let [(coarse, _), (fine, stress)] = [20, 40].map(bars);
@@ -100,8 +100,8 @@ fn a_block_slides_down_an_incline_with_coulombs_acceleration() {
     }
 }
 
-/// With μ > tan θ the block stays at rest but for its elastic oscillation. In the last 0.2 s, in which a free block would slide 0.4 m, it
-/// moves by less than 3 % of that; the exact distance is zero.
+/// With μ > tan θ the block stays at rest but for its elastic oscillation. In the last 0.2 s, in which a free block
+/// would slide 0.4 m, it moves by less than 3 % of that; the exact distance is zero.
 #[test]
 fn a_block_sticks_on_an_incline_below_the_angle_of_friction() {
     let mut mpm = incline(std::f64::consts::FRAC_PI_6, Friction::Slip(0.7), FLIP, block());
@@ -154,7 +154,8 @@ fn disc(center: [f64; 2], spacing: f64, velocity: [f64; 2]) -> BodySetup<2> {
     BodySetup { depth: disc.position.iter().map(|&x| 0.2 - away(x)).collect(), ..disc }
 }
 
-/// Time of contact of two circles (theory A.18): the contours of particles would touch later, the supports of shape functions earlier.
+/// Time of contact of two circles (theory A.18): the contours of particles would touch later, the supports of shape
+/// functions earlier.
 #[test]
 fn contact_of_two_discs_begins_when_their_rims_touch() {
     let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));
@@ -208,7 +209,8 @@ fn on_wall(kind: WallKind, angle: f64, (cell, cells): (f64, [i32; 2]), body: Bod
     start(setup)
 }
 
-/// On a wall of the domain a disc rolls with ⅔ g sin θ where μ is above tan θ/3; below, it slides with g (sin θ − μ cos θ).
+/// On a wall of the domain a disc rolls with ⅔ g sin θ where μ is above tan θ/3; below, it slides with g (sin θ − μ cos
+/// θ).
 #[test]
 fn a_disc_on_a_wall_rolls_or_slides_with_the_acceleration_of_a_rigid_one() {
     let angle = std::f64::consts::FRAC_PI_6;
@@ -224,8 +226,8 @@ fn a_disc_on_a_wall_rolls_or_slides_with_the_acceleration_of_a_rigid_one() {
     }
 }
 
-/// The mean height of a block at rest is half its own less ρ g H²/3E′ (plane strain). A wall that acts as soon as its nodes are within
-/// reach of shape functions holds it nine tenths of a cell higher.
+/// The mean height of a block at rest is half its own less ρ g H²/3E′ (plane strain). A wall that acts as soon as its
+/// nodes are within reach of shape functions holds it nine tenths of a cell higher.
 #[test]
 fn a_block_rests_on_a_wall_at_the_height_of_its_own_compression() {
     let (height, cell) = (0.4, 0.05);
@@ -247,7 +249,8 @@ fn a_block_rests_on_a_wall_at_the_height_of_its_own_compression() {
     }
 }
 
-/// To solids a wall that they may leave is the face of a half-space in a grid that extends beyond it: both ways agree to rounding.
+/// To solids a wall that they may leave is the face of a half-space in a grid that extends beyond it: both ways agree
+/// to rounding.
 #[test]
 fn a_wall_and_the_face_of_a_half_space_move_a_solid_alike() {
     let fall = |wall_itself: bool| {

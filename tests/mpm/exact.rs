@@ -30,8 +30,8 @@ fn free_fall_of_a_particle_is_exact() {
     }
 }
 
-/// A block that moves uniformly through the cells neither strains nor slows; not even with particles on planes of nodes,
-/// where the hat of the next node vanishes but not its slope.
+/// A block that moves uniformly through the cells neither strains nor slows; not even with particles on planes of
+/// nodes, where the hat of the next node vanishes but not its slope.
 #[test]
 fn uniform_translation_neither_strains_nor_slows_a_block() {
     for &kernel in KERNELS {
@@ -155,8 +155,9 @@ fn a_water_column_keeps_its_hydrostatic_pressure_and_weight() {
     }
 }
 
-/// Water that oscillates about its hydrostatic state, with volume changes averaged in full: the energy that the law stores is the work of
-/// the forces, so that none is gained. (With forces from the particles' own pressures this column is unstable.)
+/// Water that oscillates about its hydrostatic state, with volume changes averaged in full: the energy that the law
+/// stores is the work of the forces, so that none is gained. (With forces from the particles' own pressures this column
+/// is unstable.)
 #[test]
 fn averaged_volume_changes_gain_no_energy() {
     for transfer in [FLIP, Transfer::Apic] {
@@ -177,8 +178,8 @@ fn averaged_volume_changes_gain_no_energy() {
     }
 }
 
-/// APIC at walls of kind `separate`: a column of liquid collapses, runs up the other wall and falls back. Neither walls nor transfers
-/// give it energy.
+/// APIC at walls of kind `separate`: a column of liquid collapses, runs up the other wall and falls back. Neither walls
+/// nor transfers give it energy.
 #[test]
 fn apic_gains_no_energy_at_separating_walls() {
     for &kernel in KERNELS.iter().filter(|&&kernel| Kernel::new(kernel, 0.25).is_smooth()) {

@@ -1,5 +1,5 @@
-//! Bodies on walls and obstacles that they may leave: walls at rest give no energy. The bounds above zero are for the exchange between
-//! half steps, and for the inelastic first contact.
+//! Bodies on walls and obstacles that they may leave: walls at rest give no energy. The bounds above zero are for the
+//! exchange between half steps, and for the inelastic first contact.
 
 use crate::model::*;
 use lateen::geometry::Region;
@@ -45,8 +45,9 @@ fn disc(floor: Option<f64>) -> Mpm<2> {
     start(setup)
 }
 
-/// An elastic disc keeps its energy when it bounces, wherever the floor lies between rows of nodes. The floor gives none at any time, and
-/// takes that of the nodes which it stops, of about 1 %; the exact rebound has the speed of the impact less that of its vibration.
+/// An elastic disc keeps its energy when it bounces, wherever the floor lies between rows of nodes. The floor gives
+/// none at any time, and takes that of the nodes which it stops, of about 1 %; the exact rebound has the speed of the
+/// impact less that of its vibration.
 #[test]
 fn a_bouncing_disc_gains_no_energy_from_a_floor_at_any_height() {
     for floor in std::iter::once(None).chain(OFFSETS.map(|offset| Some((6.0 + offset) * CELL))) {
@@ -81,8 +82,8 @@ fn energy(mpm: &Mpm<2>, transfer: &Transfer) -> f64 {
     term(mpm, "kinetic energy: body") + term(mpm, "internal energy: body") + affine
 }
 
-/// Largest energy over that at the start of water of `count` particles, a `spacing` [cells] apart along the floor, with a `velocity` [m/s]
-/// in a box of walls.
+/// Largest energy over that at the start of water of `count` particles, a `spacing` [cells] apart along the floor, with
+/// a `velocity` [m/s] in a box of walls.
 fn most_energy(
     kind: WallKind,
     (transfer, kernel): (Transfer, KernelKind),
@@ -98,8 +99,8 @@ fn most_energy(
     most / before
 }
 
-/// Walls of every kind, and a particle half a `spacing` above the floor. Ghost nodes that extrapolate in full put the force of its
-/// pressure on a row of nodes with hardly any mass, and multiply its energy.
+/// Walls of every kind, and a particle half a `spacing` above the floor. Ghost nodes that extrapolate in full put the
+/// force of its pressure on a row of nodes with hardly any mass, and multiply its energy.
 #[test]
 fn a_single_particle_gains_no_energy_in_a_corner() {
     for kind in [WallKind::Separate, WallKind::Friction { coefficient: 0.3 }, WallKind::Fixed, WallKind::Slip] {
@@ -121,8 +122,8 @@ fn a_film_of_one_row_of_particles_gains_no_energy_in_a_corner() {
     }
 }
 
-/// A particle that starts next to the floor with a velocity into it stays above it: the run ends without an error, and its energy doesn't
-/// grow.
+/// A particle that starts next to the floor with a velocity into it stays above it: the run ends without an error, and
+/// its energy doesn't grow.
 #[test]
 fn a_single_particle_does_not_pass_a_floor() {
     for way in ways() {

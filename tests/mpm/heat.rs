@@ -43,14 +43,15 @@ fn dissipated(mpm: &Mpm<2>) -> [f64; 2] {
     ["transfer dissipation", "heat of transfer dissipation"].map(|name| term(mpm, name))
 }
 
-/// Gas without external forces: the part of the nodal increments that particles don't take is no work of the stresses either
-/// (guide, "Between particles and grid"), so that no energy is dissipated or heated.
+/// Gas without external forces: the part of the nodal increments that particles don't take is no work of the stresses
+/// either (guide, "Between particles and grid"), so that no energy is dissipated or heated.
 #[test]
 fn pure_flip_of_a_gas_dissipates_and_heats_nothing() {
     let mut mpm = start(box_of_gas(8, flip(f64::INFINITY, 0, 0), sloshing));
     run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap();
     let ([lost, heat], kept) = (dissipated(&mpm), term(&mpm, "stress update error"));
-    // Exactly zero but for rounding and the error of the stress update; the work on the nodes beyond that is 1e-4 of the energy.
+    // Exactly zero but for rounding and the error of the stress update; the work on the nodes beyond that is 1e-4 of
+    // the energy.
     assert!(lost.abs() < 1e-6 * energy(&mpm) && heat.abs() < 1e-15 * energy(&mpm), "{lost} {heat}");
     assert!(kept.abs() < 1e-5 * energy(&mpm), "{kept}");
 }
@@ -72,8 +73,9 @@ fn the_loss_of_every_filter_becomes_heat() {
     }
 }
 
-/// The total energy of a closed box is constant. With heat it changes by the error of the stress update alone, less than 0.2 % of the
-/// kinetic energy at the start, ½ ∫ ρ v² = 0.0325; without it the filter takes more than twice as much.
+/// The total energy of a closed box is constant. With heat it changes by the error of the stress update alone, less
+/// than 0.2 % of the kinetic energy at the start, ½ ∫ ρ v² = 0.0325; without it the filter takes more than twice as
+/// much.
 #[test]
 fn heat_of_dissipation_keeps_the_energy_of_a_closed_box_of_gas() {
     let defect = |dissipation| {

@@ -94,8 +94,8 @@ fn energy_and_momentum_close_for_every_stress_update() {
     }
 }
 
-/// A vibrating body in free flight keeps its momentum to rounding. The energy that transfers and stress updates book has no reference
-/// but the energy that there is, which it stays below. Rows of particles lie on planes of nodes.
+/// A vibrating body in free flight keeps its momentum to rounding. The energy that transfers and stress updates book
+/// has no reference but the energy that there is, which it stays below. Rows of particles lie on planes of nodes.
 #[test]
 fn free_flight_conserves_momentum_and_books_less_than_its_energy() {
     for &kernel in KERNELS {
@@ -149,8 +149,8 @@ fn the_filter_conserves_momentum_and_its_loss_is_booked() {
     assert!(closure(&mpm).abs() < 1e-12 * term(&mpm, "stored energy at the start"));
 }
 
-/// The impulses of walls of every kind on filtered velocities are booked, with the work of moving walls; forces times steps add up to
-/// them.
+/// The impulses of walls of every kind on filtered velocities are booked, with the work of moving walls; forces times
+/// steps add up to them.
 #[test]
 fn work_and_forces_of_walls_on_filtered_velocities_are_booked() {
     for &kernel in KERNELS {

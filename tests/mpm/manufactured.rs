@@ -42,8 +42,8 @@ fn exact(x0: f64, t: f64) -> f64 {
     })
 }
 
-/// Root mean square of the displacement error with `cells` cells, over the amplitude, after a quarter period; steps are `courant`
-/// of their bound.
+/// Root mean square of the displacement error with `cells` cells, over the amplitude, after a quarter period; steps are
+/// `courant` of their bound.
 fn error(cells: i32, courant: f64) -> f64 {
     let h = 1.0 / f64::from(cells);
     let mut setup = setup(grid([0.0, 0.0], h, [cells, 1], WallKind::Slip));
@@ -60,8 +60,9 @@ fn error(cells: i32, courant: f64) -> f64 {
     (square / before.len() as f64).sqrt() * WAVE / AMPLITUDE
 }
 
-/// The displacement converges with the second order at least, down to 2e-4 of its amplitude, where the error of quadrature by particles
-/// remains, which falls more slowly. The error of the step is smaller: halving it changes little. Those last bounds are measured ones.
+/// The displacement converges with the second order at least, down to 2e-4 of its amplitude, where the error of
+/// quadrature by particles remains, which falls more slowly. The error of the step is smaller: halving it changes
+/// little. Those last bounds are measured ones.
 #[test]
 fn the_displacement_of_a_manufactured_solution_converges_with_second_order() {
     let errors = [8, 16, 32, 64].map(|cells| error(cells, 0.5));

@@ -113,7 +113,8 @@ fn laws_read_back_what_they_write() {
     assert_eq!(toml::to_string(&law(&written).unwrap()).unwrap(), written);
 }
 
-/// Every number of every law has a unit in the schema, from which the case reader converts, and every key a description.
+/// Every number of every law has a unit in the schema, from which the case reader converts, and every key a
+/// description.
 #[test]
 fn every_parameter_of_a_law_has_a_unit_and_a_description() {
     let points = [schemars::schema_for!(PointLaws), schemars::schema_for!(EquationsOfState)];

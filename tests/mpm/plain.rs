@@ -9,9 +9,9 @@ const UPDATES: [StressUpdate; 4] =
     [StressUpdate::First, StressUpdate::Last, StressUpdate::ModifiedLast, StressUpdate::Average];
 const LOCKING: [Locking; 2] = [Locking::None, Locking::Average { blend: 0.6 }];
 
-/// Relative to the largest entry of a field. The two differ by the order of their sums and by fused multiplications, some
-/// 10⁻¹⁵ per sum; stiffness and six steps make a few thousand times that of it. A sweep that is left out, or a wrong weight,
-/// shows in the first digits.
+/// Relative to the largest entry of a field. The two differ by the order of their sums and by fused multiplications,
+/// some 10⁻¹⁵ per sum; stiffness and six steps make a few thousand times that of it. A sweep that is left out, or a
+/// wrong weight, shows in the first digits.
 const TOLERANCE: f64 = 1e-9;
 
 const STEPS: usize = 6;

@@ -10,8 +10,8 @@ fn water() -> Box<dyn PointLaw> {
     Box::new(Fluid { density: 1000.0, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 
-/// A drop that expands at 4/s in all directions. Its particles separate, and each has an affine velocity of its own, with which its
-/// volume would grow as V0 (1 + 4 t)², to 81 V0 in two seconds; a liquid that has parted keeps V0.
+/// A drop that expands at 4/s in all directions. Its particles separate, and each has an affine velocity of its own,
+/// with which its volume would grow as V0 (1 + 4 t)², to 81 V0 in two seconds; a liquid that has parted keeps V0.
 #[test]
 fn an_expanding_drop_keeps_its_volume_and_mass() {
     for locking in [Locking::None, Locking::Average { blend: 1.0 }] {
@@ -32,7 +32,8 @@ fn an_expanding_drop_keeps_its_volume_and_mass() {
     }
 }
 
-/// A collapsing column that splashes in a corner: at all times the volume of its particles is that of its mass, within 5 %.
+/// A collapsing column that splashes in a corner: at all times the volume of its particles is that of its mass, within
+/// 5 %.
 #[test]
 fn a_splash_keeps_its_volume() {
     let mut setup = setup(grid([0.0, 0.0], 0.125, [16, 24], WallKind::Separate));

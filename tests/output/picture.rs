@@ -1,5 +1,5 @@
-//! Pictures of scenes whose look is known. They stay in the target directory (`tmp/pictures`) to be looked at: most of a picture has no
-//! other reference than the eye.
+//! Pictures of scenes whose look is known. They stay in the target directory (`tmp/pictures`) to be looked at: most of
+//! a picture has no other reference than the eye.
 
 use lateen::output::image::Image;
 use lateen::output::picture::{BoxCorners, PictureObstacle};
@@ -133,8 +133,8 @@ fn pixel(image: &Image, x: f64, y: f64) -> [u8; 3] {
     std::array::from_fn(|c| image.pixels[3 * at + c])
 }
 
-/// The fast top of a drop over a sheet at rest, in published colours (viridis begins with 68, 1, 84); the same in plain colours, and cut
-/// open, when the near half of the sheet is gone.
+/// The fast top of a drop over a sheet at rest, in published colours (viridis begins with 68, 1, 84); the same in plain
+/// colours, and cut open, when the near half of the sheet is gone.
 #[test]
 fn pictures_show_bodies_and_sheets_in_the_colours_of_their_field() {
     let model = Model::drop(4.5e-3, 0.8, 3e-3);

@@ -161,7 +161,8 @@ fn elements_of_a_volume_with_four_nodes_are_tetrahedra() {
     read_back(directory.path());
 }
 
-/// Surfaces of solids are lines in the plane and quadrilaterals in space, as polygonal data (`.vtp`), with their fields.
+/// Surfaces of solids are lines in the plane and quadrilaterals in space, as polygonal data (`.vtp`), with their
+/// fields.
 #[test]
 fn surfaces_of_solids_are_lines_or_polygons() {
     let directory = tempfile::tempdir().unwrap();

@@ -131,8 +131,8 @@ fn carried(cells: usize) -> (f64, f64, f64) {
     (deviation(1.0, 2.0), deviation(2.5, LENGTH), snapshot.forces.iter().map(|(_, force)| force[0]).sum())
 }
 
-/// The deviation from the profile falls with the square of the mesh, at the outlet as elsewhere (over two halvings: where particles happen to stand
-/// changes it by half from one mesh to the next). In balance the
+/// The deviation from the profile falls with the square of the mesh, at the outlet as elsewhere (over two halvings:
+/// where particles happen to stand changes it by half from one mesh to the next). In balance the
 /// reactions of walls and inlet add up to nothing, within the same error of the shear on the walls, 2 · 4 μ L.
 #[test]
 fn the_error_of_plane_poiseuille_flow_is_of_second_order() {

@@ -1,4 +1,5 @@
-//! Integrals over a fluid of PFEM-2 extend over the region that it fills on the mesh: exact for polygons and a cut cube.
+//! Integrals over a fluid of PFEM-2 extend over the region that it fills on the mesh: exact for polygons and a cut
+//! cube.
 
 use lateen::case::{Case, Source};
 use lateen::output::{Probe, ProbeSpec, UnitLabels};
@@ -95,7 +96,8 @@ fn integrals_over_a_fluid_within_a_box_are_exact() {
     assert!(probed(pfem, nothing)[0].is_nan());
 }
 
-/// A plane through the middle halves a cube. Below x + y + z = 3/2 is a corner of 27/48, less three of 1/48 beyond the cube.
+/// A plane through the middle halves a cube. Below x + y + z = 3/2 is a corner of 27/48, less three of 1/48 beyond the
+/// cube.
 #[test]
 fn integrals_over_a_fluid_are_exact_for_half_a_cube() {
     let solver = fluids(3, 1.0 / 3.0, "{ shape = \"half-space\", point = [0.5, 0.5, 0.5], normal = [1, 1, 1] }");

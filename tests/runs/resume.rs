@@ -195,8 +195,8 @@ impl State {
 /// Columns of a checkpoint: name, place in the file, contents.
 type RawColumns = Vec<(String, usize, Raw)>;
 
-/// Checkpoints with valid checksums and wrong contents: each column in turn is missing, of another type, cut, full of ones or empty, and
-/// one is added. Columns that are missing, cut or of another type are refused; nothing panics.
+/// Checkpoints with valid checksums and wrong contents: each column in turn is missing, of another type, cut, full of
+/// ones or empty, and one is added. Columns that are missing, cut or of another type are refused; nothing panics.
 fn altered_columns_are_refused(text: &str, longer: &str) {
     let home = tempfile::tempdir().unwrap();
     go(text, home.path(), Existing::Refuse).unwrap();

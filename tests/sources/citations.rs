@@ -1,4 +1,5 @@
-//! Citations in sources, cases, tests and the guide have targets: sections and equations of the theory, equations of the two papers, reference files.
+//! Citations in sources, cases, tests and the guide have targets: sections and equations of the theory, equations of
+//! the two papers, reference files.
 
 use std::collections::BTreeSet;
 use std::fs;

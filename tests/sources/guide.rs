@@ -1,5 +1,5 @@
-//! The documentation against the program: the cases that it prints build, the messages that it explains are said, the sources that it names
-//! exist.
+//! The documentation against the program: the cases that it prints build, the messages that it explains are said, the
+//! sources that it names exist.
 
 use lateen::Error;
 use lateen::case::{Case, Source};
@@ -29,7 +29,8 @@ fn page(name: &str) -> String {
     fs::read_to_string(root().join("docs/src").join(name)).unwrap()
 }
 
-/// The cases of a page: a block of TOML that begins with a name, with the blocks of `[[membrane]]` that are to be added to it.
+/// The cases of a page: a block of TOML that begins with a name, with the blocks of `[[membrane]]` that are to be added
+/// to it.
 fn cases(page: &str) -> Vec<String> {
     let mut cases: Vec<String> = Vec::new();
     for block in page.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()) {

@@ -1,4 +1,5 @@
-//! The import table of ARCHITECTURE.md, held against the sources: a module imports what its row names, and nothing else.
+//! The import table of ARCHITECTURE.md, held against the sources: a module imports what its row names, and nothing
+//! else.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -134,7 +135,8 @@ fn modules_import_what_the_table_allows_and_all_of_it() {
     assert!(wrong.is_empty(), "against the table of ARCHITECTURE.md:\n{}", wrong.join("\n"));
 }
 
-/// Loops go through `parallel`, so that sums have one place and one order; the transfers and the linear algebra cut their work themselves.
+/// Loops go through `parallel`, so that sums have one place and one order; the transfers and the linear algebra cut
+/// their work themselves.
 #[test]
 fn only_parallel_transfers_and_linalg_use_rayon() {
     let rooms = ["src/parallel", "src/mpm/transfer", "src/linalg"];

@@ -1,13 +1,15 @@
-//! Obstacles that close on a membrane, along the motion that the case prescribes: with another obstacle, or with a wall.
+//! Obstacles that close on a membrane, along the motion that the case prescribes: with another obstacle, or with a
+//! wall.
 //!
-//! A node that nothing else moves is pushed ahead by each of two solids, to half the thickness t that the sheet has in contact:
+//! A node that nothing else moves is pushed ahead by each of two solids, to half the thickness t that the sheet has in
+//! contact:
 //!
 //! ```text
-//! x ← x + max(½ t − φ, 0) n          no way out:  n₁·n₂ ≈ −1,  φ₁ + φ₂ < t          φ, n: distance and normal of a solid
+//! x ← x + max(½ t − φ, 0) n          no way out:  n₁·n₂ ≈ −1,  φ₁ + φ₂ < t        φ, n: distance and normal of a solid
 //! ```
 //!
-//! The sum of the distances changes by no more than the two have moved, so that there is no need to look before they can have closed.
-//! The run stops there if the sheet has not left in the meantime (`mpm/contact/rigid/squeeze`).
+//! The sum of the distances changes by no more than the two have moved, so that there is no need to look before they
+//! can have closed. The run stops there if the sheet has not left in the meantime (`mpm/contact/rigid/squeeze`).
 
 use super::meet::wall_name;
 use crate::case::Case;
@@ -32,8 +34,8 @@ const OVERLAP: f64 = 1e-3;
 const PUSH: f64 = 0.1;
 const LEAST_PUSH: [f64; 2] = [0.25, 0.01];
 
-/// Times at which the displacement of an obstacle is known, and steps of its integration between two of them: two numbers, for an
-/// estimate of the error.
+/// Times at which the displacement of an obstacle is known, and steps of its integration between two of them: two
+/// numbers, for an estimate of the error.
 const TIMES: usize = 512;
 const STEPS: [usize; 2] = [8, 13];
 
@@ -105,7 +107,8 @@ fn all<'a, const D: usize>(case: &Case, setup: &'a Setup<D>) -> Vec<MovingSolid<
     closed.map(wall).chain(obstacles.map(obstacle)).collect()
 }
 
-/// The way of an obstacle until `end` [s], and by how much it may be wrong [m]: infinitely where the velocity has no value.
+/// The way of an obstacle until `end` [s], and by how much it may be wrong [m]: infinitely where the velocity has no
+/// value.
 fn way<const D: usize>(velocity: &[Signal; 3], end: f64) -> (Vec<Vector<D>>, f64) {
     if is_still(velocity) {
         return (Vec::new(), 0.0);
@@ -169,7 +172,8 @@ struct Search<'a, const D: usize> {
     travelled: Vec<f64>,
     /// Time between two of them [s].
     interval: f64,
-    /// Half the thickness in contact, the sum of the distances that is too small, the longest and the shortest push [m].
+    /// Half the thickness in contact, the sum of the distances that is too small, the longest and the shortest push
+    /// [m].
     half: f64,
     limit: f64,
     push: [f64; 2],

@@ -22,10 +22,12 @@ const EARTH: [f64; 2] = [9.78, 9.84];
 /// Sheets that are thinner would be a few molecules thick [m].
 const THIN: f64 = 1e-7;
 
-/// Sheets that are thicker, over the extent of the grid, are no sheets. (Their own may be that of a channel one cell wide.)
+/// Sheets that are thicker, over the extent of the grid, are no sheets. (Their own may be that of a channel one cell
+/// wide.)
 const THICK: f64 = 0.3;
 
-/// Elements of membranes that are shorter or longer, in cells: contact at nodes of the grid, for which half a cell to one cell is right.
+/// Elements of membranes that are shorter or longer, in cells: contact at nodes of the grid, for which half a cell to
+/// one cell is right.
 const AT_NODES: [f64; 2] = [0.25, 2.0];
 
 /// The same where membranes meet bodies at their particles.
@@ -128,7 +130,7 @@ fn density(key: &str, name: &str, density: f64, [least, most]: [f64; 2]) -> Opti
     (!(least..=most).contains(&density)).then(|| Diagnostic::warning(key, message).help(help))
 }
 
-/// Gases have no speed of sound of their own: it depends on their state.
+/// Gases have no given speed of sound: it depends on their state.
 fn is_gas<const D: usize>(body: &BodySetup<D>) -> bool {
     !body.law.keeps_shape() && body.law.reference_sound_speed() == 0.0
 }

@@ -10,8 +10,8 @@ use std::fmt;
 /// Nodes this far from a plane [cells] lie on it.
 const ON_PLANE: f64 = 1e-6;
 
-/// Sheets that wrinkle have 2 × 2 points in a quadrilateral instead of an hourglass stiffness. (A resolved case that is run again gives the
-/// default.)
+/// Sheets that wrinkle have 2 × 2 points in a quadrilateral instead of an hourglass stiffness. (A resolved case that is
+/// run again gives the default.)
 pub(super) fn idle_stiffness(case: &Case, findings: &mut Vec<Diagnostic>) {
     for (i, spec) in case.file.membrane.iter().enumerate().filter(|(_, spec)| spec.material.as_dyn().wrinkles()) {
         let (key, stiffness) = (format!("membrane[{i}].hourglass.stiffness"), spec.hourglass.stiffness);
@@ -36,7 +36,8 @@ pub(super) fn supports<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diag
     }
 }
 
-/// Checks that supports of the part `key`, nodes with a velocity per axis, that share one of `count` nodes prescribe the same motion.
+/// Checks that supports of the part `key`, nodes with a velocity per axis, that share one of `count` nodes prescribe
+/// the same motion.
 pub(super) fn conflicts(
     key: &str,
     count: usize,
@@ -103,8 +104,8 @@ const INSIDE: f64 = 1e-3;
 /// A node is held along a normal if the axes that are free take up less than this of it.
 const HELD: f64 = 1e-6;
 
-/// No node of a membrane starts in an obstacle: free ones would be parted from it, slowly, held ones never. And no element has an obstacle
-/// between its nodes.
+/// No node of a membrane starts in an obstacle: free ones would be parted from it, slowly, held ones never. And no
+/// element has an obstacle between its nodes.
 pub(super) fn obstacles<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     for (i, membrane) in setup.membranes.iter().enumerate() {
         let held: [Vec<bool>; D] = std::array::from_fn(|axis| held(membrane, axis));
@@ -168,8 +169,8 @@ impl<const D: usize> fmt::Display for Inside<D> {
     }
 }
 
-/// Two neighbours on opposite sides of an obstacle that the side between them goes through: deeper than `depth` [m]. (A chord of what
-/// a sheet hugs dips into it, too, but the normals at its ends agree.)
+/// Two neighbours on opposite sides of an obstacle that the side between them goes through: deeper than `depth` [m]. (A
+/// chord of what a sheet hugs dips into it, too, but the normals at its ends agree.)
 fn pierced<const D: usize>(
     membrane: &MembraneSetup<D>,
     obstacle: &Obstacle,
@@ -190,8 +191,8 @@ fn pierced<const D: usize>(
     sides.into_iter().find(|&side| through(side)).map(|[a, b]| (a, b))
 }
 
-/// Greatest depth of a side in an obstacle [m]. Steps along the side are as long as the distance to the surface, within which no point can
-/// be on its other side, and at least `least` [m].
+/// Greatest depth of a side in an obstacle [m]. Steps along the side are as long as the distance to the surface, within
+/// which no point can be on its other side, and at least `least` [m].
 fn deepest<const D: usize>([a, b]: [Vector<D>; 2], at: impl Fn(Vector<D>) -> (f64, [f64; 3]), least: f64) -> f64 {
     let (length, mut s, mut deepest) = ((b - a).norm(), 0.0, 0.0_f64);
     while s < length {

@@ -1,11 +1,11 @@
 //! Solids in fluids: supports, place and thickness.
 
 use super::sheets::conflicts;
-use crate::case::construct::{MeshSizes, PathResolution, shown};
+use crate::case::resolution::{MeshSizes, PathResolution, quadratic, shown};
 use crate::case::{Case, SolidSummary};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::mesh::{Locator, Mesh, QuadraticMesh};
+use crate::mesh::{Locator, Mesh};
 use crate::pfem2;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::setup::InitialState;
@@ -14,7 +14,8 @@ use crate::pfem2::solid::setup::{HeldNodes, SolidSetup};
 /// Elements across the thinnest part of a solid below which it bends too stiffly.
 const ACROSS: usize = 2;
 
-/// Elements of the fluid's mesh across the thinnest part of a solid below which the flow on its two sides isn't told apart.
+/// Elements of the fluid's mesh across the thinnest part of a solid below which the flow on its two sides isn't told
+/// apart.
 const CELLS_ACROSS: f64 = 3.0;
 
 impl SolidSummary {
@@ -42,16 +43,6 @@ impl SolidSummary {
             cells_across: cell(thinnest.middle).map(|cell| thinnest.length / cell),
             path,
         }
-    }
-}
-
-/// The mesh of a solid, to measure.
-pub(in crate::case) fn quadratic<const D: usize>(solid: &SolidSetup<D>) -> QuadraticMesh {
-    QuadraticMesh {
-        dimension: D,
-        nodes: solid.mesh.nodes.iter().map(|x| x.to3()).collect(),
-        elements: solid.mesh.elements.clone(),
-        sets: Default::default(),
     }
 }
 

@@ -128,9 +128,9 @@ impl Construction<'_> {
     }
 }
 
-/// ∂v_i/∂x_j at places [m], as the difference over a cube of the edge `spacing` [m]: a particle's own, so that a jump of the
-/// velocity does not become a spike; over half of it where the formula ends beside the place, as a root does. Empty where the velocity
-/// is the same everywhere.
+/// ∂v_i/∂x_j at places [m], as the difference over a cube of the edge `spacing` [m]: a particle's own, so that a jump
+/// of the velocity does not become a spike; over half of it where the formula ends beside the place, as a root does.
+/// Empty where the velocity is the same everywhere.
 fn gradients<const D: usize>(velocity: &[Signal; 3], places: &[[f64; 3]], spacing: f64) -> Vec<Tensor<D>> {
     if velocity.iter().all(Signal::is_uniform) {
         return Vec::new();

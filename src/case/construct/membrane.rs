@@ -72,8 +72,8 @@ impl Construction<'_> {
         (!broken).then_some(facets)
     }
 
-    /// Notes closed parts whose normals point into them where something goes by normals: a pressure that is `pushing`, volumes,
-    /// contact pressures.
+    /// Notes closed parts whose normals point into them where something goes by normals: a pressure that is `pushing`,
+    /// volumes, contact pressures.
     fn turned(&mut self, index: usize, facets: &Facets, pushing: bool) {
         let (file, dimension) = (&self.case.file, self.case.file.dimension);
         let [closed, turned] = [facets.closed_parts(dimension), facets.turned_parts(dimension)];

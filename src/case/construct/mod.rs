@@ -10,9 +10,8 @@ mod signals;
 mod support;
 mod traction;
 
-pub(super) use flow::{MeshSizes, PathResolution, shown};
-
 use super::mpm::GridSpec;
+use super::resolution::PathResolution;
 use super::schema::Method;
 use super::summary::CaseSummary;
 use super::{Case, Side, Units, check, names};
@@ -117,8 +116,8 @@ fn extent_in_cells(grid: &GridSpec, axis: usize) -> f64 {
 /// Most nodes along an edge of a wall at which the formulas of its velocity are tried out, in 2D and in 3D.
 const TRIED: [usize; 2] = [40_000, 200];
 
-/// Grid nodes on one end of an axis [m]: all of them, or, on a wall that is longer, as many along an edge as are tried, its ends
-/// included. The wall may be much longer than the part that the material ever reaches.
+/// Grid nodes on one end of an axis [m]: all of them, or, on a wall that is longer, as many along an edge as are tried,
+/// its ends included. The wall may be much longer than the part that the material ever reaches.
 fn nodes_of_side(grid: &GridSpec, dimension: usize, axis: usize, upper: bool) -> Vec<Vector<3>> {
     let last = |a: usize| if a == axis || a >= dimension { 0.0 } else { extent_in_cells(grid, a).round().max(0.0) };
     let most = TRIED[usize::from(dimension == 3)];

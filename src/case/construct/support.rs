@@ -45,7 +45,8 @@ macro_rules! node_sets {
 node_sets!(Facets, QuadraticMesh);
 
 impl Construction<'_> {
-    /// The nodes of a support of a `part` (membrane, solid), and their velocity along the first N axes; `None` where an axis is free.
+    /// The nodes of a support of a `part` (membrane, solid), and their velocity along the first N axes; `None` where an
+    /// axis is free.
     pub(super) fn support<const N: usize>(
         &mut self,
         spec: &SupportSpec,

@@ -32,8 +32,8 @@ pub struct BoundarySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m", "axes" = true))]
     pub moment_about: Option<[f64; 3]>,
-    /// The body whose fluid comes in through an inlet, or back through an open boundary; by default the fluid that each place
-    /// had at the start.
+    /// The body whose fluid comes in through an inlet, or back through an open boundary; by default the fluid that each
+    /// place had at the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid: Option<String>,
 }

@@ -46,7 +46,7 @@ pub struct Pfem2Spec {
     /// Elements that the flow may cross in a step where `time.step` is left out; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub courant: f64,
-    /// Largest error of a step in time over that of the mesh, both estimated, where `time.step` is left out; `inf`: no bound.
+    /// Largest error of a step in time over that of the mesh, both estimated, without `time.step`; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub step_tolerance: f64,
     /// Place and value of the pressure of a closed box; by default it is zero at the highest node of the boundary.
@@ -229,8 +229,8 @@ pub enum ReseedingSpec {
 pub enum VolumeSpec {
     /// It is only reported.
     None,
-    /// The sharp interface of two fluids is shifted to the volume at the start; three and more in a closed box take weights of their
-    /// shares that keep their volumes. Shift or weights are reported.
+    /// The sharp interface of two fluids is shifted to the volume at the start; three and more in a closed box take
+    /// weights of their shares that keep their volumes. Shift or weights are reported.
     Shift,
 }
 
@@ -240,7 +240,8 @@ pub enum VolumeSpec {
 pub enum UnresolvedSpec {
     /// They are kept (the paper).
     Kept,
-    /// The difference between the velocity of a particle and that of the mesh is bounded by the differences between neighbouring nodes.
+    /// The difference between the velocity of a particle and that of the mesh is bounded by those between
+    /// neighbouring nodes.
     Bounded,
 }
 

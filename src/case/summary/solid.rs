@@ -1,6 +1,6 @@
 //! Size of a solid in the fluids of PFEM-2.
 
-use crate::case::construct::{MeshSizes, PathResolution, shown};
+use crate::case::resolution::{MeshSizes, PathResolution, shown};
 use crate::linalg::{SparseMatrix, factor_numbers};
 use crate::mesh::Locator;
 use crate::pfem2;
@@ -33,7 +33,8 @@ pub struct SolidSummary {
     pub across: usize,
     /// Elements of the fluid's mesh across it; `None` outside of that mesh.
     pub cells_across: Option<f64>,
-    /// The same along the way that it is likely to take; `None` if it stays where it is, as far as that can be foreseen.
+    /// The same along the way that it is likely to take; `None` if it stays where it is, as far as that can be
+    /// foreseen.
     pub path: Option<PathResolution>,
 }
 

@@ -16,7 +16,7 @@
 //! V^{n+1} = V^n,      1 + θ^{n+1} = min((1 + θ^n) ΔJ, max(h^D/V, 2)),      ΔV = V^n (ΔJ − 1)
 //! ```
 //!
-//! Of a particle alone the motion says nothing about voids: its own affine velocity would blow it up without end. Where
+//! Of a particle alone the motion says nothing about voids: its affine velocity would blow it up without end. Where
 //! it and its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is
 //! that of the force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
 

@@ -121,7 +121,7 @@ pub trait EquationOfState: std::fmt::Debug + Send + Sync {
         start_liquid(self, density, start)
     }
 
-    /// Advances a batch. Provided so that each equation of state has its own compiled loop.
+    /// Advances a batch. Provided so that there is a compiled loop for each equation of state.
     fn advance(&self, flow: &FlowProperties, batch: &mut PointBatch<'_>) {
         flow::advance(self, flow, batch);
     }

@@ -4,8 +4,9 @@
 //! σ̂11 += E/(1−ν²) (D11 + ν D22) Δt      σ̂12 += 2 G D12 Δt      D33 = −ν/(1−ν) (D11 + D22)
 //! ```
 //!
-//! A sheet that wrinkles has an energy (theory (C.21)), in the logarithmic strains ε_i = ½ ln c_i of the principal stretches (Hencky 1928), for the
-//! sum of a relaxed stress over a path that leaves and enters wrinkles gives back what was never stored:
+//! A sheet that wrinkles has an energy (theory (C.21)), in the logarithmic strains ε_i = ½ ln c_i of the principal
+//! stretches (Hencky 1928), for the sum of a relaxed stress over a path that leaves and enters wrinkles gives back what
+//! was never stored:
 //!
 //! ```text
 //! W = ½ E/(1−ν²) (ε1² + ε2² + 2 ν ε1 ε2),   S_i = E/(1−ν²) (ε_i + ν ε_j) / c_i,   ε3 = −ν/(1−ν) (ε1 + ε2)

@@ -101,7 +101,8 @@ fn meets_prestress<L: Hyperelastic>(law: &L) {
     assert!((state.density * state.deformation.determinant() / law.reference_density() - 1.0).abs() < 1e-12);
 }
 
-/// A tangent with both blocks of its mixed form, against central differences of the response to small increments from the state.
+/// A tangent with both blocks of its mixed form, against central differences of the response to small increments from
+/// the state.
 pub fn check_tangent(solid: &impl Solid, law: &impl ElasticLaw, state: &ElasticState) {
     let about = law.linearised(state);
     let (stress, scale) = (about.stress(), law.moduli().wave() + about.stress().von_mises());
@@ -166,8 +167,8 @@ fn truesdell(solid: &impl Solid, state: &ElasticState, stress: &SymTensor, l: &T
     objective(&((at(1.0) - at(-1.0)) * (0.5 / STEP)), stress, l)
 }
 
-/// Major symmetry, of the mixed form also. The minor ones hold by the form of [`Stiffness`]: `check_tangent` tries every component
-/// of the velocity gradient.
+/// Major symmetry, of the mixed form also. The minor ones hold by the form of [`Stiffness`]: `check_tangent` tries
+/// every component of the velocity gradient.
 fn is_symmetric(about: &Linearised<6>) {
     let stiffness = about.mixed().stiffness;
     for i in 0..6 {
@@ -223,8 +224,8 @@ fn is_plane_stress<L: Hyperelastic>(law: &L, f: &Tensor<3>) {
     }
 }
 
-/// For a law in rate form at a state of σ_zz = 0: with the thickness rate of plane stress the stress across stays zero, and the
-/// stress in the plane changes by the condensed tangent.
+/// For a law in rate form at a state of σ_zz = 0: with the thickness rate of plane stress the stress across stays zero,
+/// and the stress in the plane changes by the condensed tangent.
 pub fn check_plane_stress_increment(solid: &impl Solid, law: &impl ElasticLaw, state: &ElasticState) {
     let about = law.linearised(state);
     let (stress, scale) = (about.stress(), law.moduli().wave());

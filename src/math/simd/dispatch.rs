@@ -1,7 +1,8 @@
 //! Chooses the registers at run time, once per task.
 //!
-//! Plain arrays serve other processors than x86-64, and with the feature `portable` those of x86-64 without AVX2. They are a quarter of the code of all
-//! kernels there, for machines from before 2013: without the feature the program says at the start that it can't compute on them.
+//! Plain arrays serve other processors than x86-64, and with the feature `portable` those of x86-64 without AVX2. They
+//! are a quarter of the code of all kernels there, for machines from before 2013: without the feature the program says
+//! at the start that it can't compute on them.
 
 use super::lanes::Lanes;
 #[cfg(any(test, feature = "portable", not(target_arch = "x86_64")))]

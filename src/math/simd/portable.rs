@@ -4,8 +4,9 @@ use super::lanes::{Lanes, WIDTH};
 
 /// Plain arrays, for machines without wide registers.
 ///
-/// On x86-64 these are processors without AVX2, from before 2013 and the smallest of later ones; they need the feature `portable`. There the operations are
-/// calls: inlined eight times over they made up half of the code of all kernels, and most of the time to compile them.
+/// On x86-64 these are processors without AVX2, from before 2013 and the smallest of later ones; they need the feature
+/// `portable`. There the operations are calls: inlined eight times over they made up half of the code of all kernels,
+/// and most of the time to compile them.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable([f64; WIDTH]);
 

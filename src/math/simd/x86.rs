@@ -11,7 +11,8 @@ use std::arch::x86_64::*;
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512d);
 
-/// Numbers of the three components among 24 consecutive ones: which of the first 16, then which of those and the last 8.
+/// Numbers of the three components among 24 consecutive ones: which of the first 16, then which of those and the
+/// last 8.
 const UNZIP_FIRST: [[i64; WIDTH]; 3] =
     [[0, 3, 6, 9, 12, 15, 0, 0], [1, 4, 7, 10, 13, 0, 0, 0], [2, 5, 8, 11, 14, 0, 0, 0]];
 const UNZIP_LAST: [[i64; WIDTH]; 3] =

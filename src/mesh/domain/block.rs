@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// A rectangle or a box. Its sides are named `left`, `right` (x), `front`, `back` (y, in 3D) and `bottom`,
-/// `top` (the last axis); holes have their own names.
+/// `top` (the last axis); holes have the names that the case gives them.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BoxMesh {

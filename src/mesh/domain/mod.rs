@@ -1,7 +1,7 @@
 //! Meshes of a whole domain, as a case file writes them: `{ shape = "box", lower = [...], upper = [...],
 //! cell = 0.01 }`, or a Gmsh file.
 //!
-//! Elements follow a size h(x): the size asked for, and around each refined region its own size growing
+//! Elements follow a size h(x): the size asked for, and around each refined region its size, growing
 //! with the distance,
 //!
 //! ```text

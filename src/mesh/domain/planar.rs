@@ -90,7 +90,8 @@ fn chance(i: u64, j: u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// A triangle of nodes on one straight side has this part of the square of its longest edge as area at most, from rounding.
+/// A triangle of nodes on one straight side has this part of the square of its longest edge as area at most, from
+/// rounding.
 const FLAT: f64 = 1e-9;
 
 /// The triangles inside the region, counter-clockwise.

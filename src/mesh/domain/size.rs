@@ -45,7 +45,8 @@ impl SizeField {
         self.refined.iter().map(near).fold(self.coarse, f64::min)
     }
 
-    /// A bound that no size within a `radius` of `x` lies below [m]: no distance to a region changes by more than the way.
+    /// A bound that no size within a `radius` of `x` lies below [m]: no distance to a region changes by more than the
+    /// way.
     pub fn least(&self, x: [f64; 3], radius: f64) -> f64 {
         /// Rounding of the distances.
         const ROUNDING: f64 = 1e-9;

@@ -1,7 +1,8 @@
 //! Files of Gmsh (`.msh`), versions 2.2 and 4.1, ASCII and binary (Gmsh reference manual, chapter 10).
 //!
-//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, for solids also hexahedra, and all of these of second order,
-//! quadrilaterals and hexahedra with all their nodes; with the physical groups that they belong to. Counts are checked against the bytes that are left before memory is taken.
+//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, for solids also hexahedra, and all
+//! of these of second order, quadrilaterals and hexahedra with all their nodes; with the physical groups that they
+//! belong to. Counts are checked against the bytes that are left before memory is taken.
 
 mod cursor;
 mod select;
@@ -18,12 +19,13 @@ use hashbrown::HashMap;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Contents of a Gmsh file, whose elements have `MOST_NODES` nodes at most: 4 in a file of first order, 27 in one for solids.
+/// Contents of a Gmsh file, whose elements have `MOST_NODES` nodes at most: 4 in a file of first order, 27 in one for
+/// solids.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GmshMesh<const MOST_NODES: usize = 4> {
     /// Node positions, in units of the file.
     pub nodes: Vec<[f64; 3]>,
-    /// The file's own numbers of the nodes.
+    /// Numbers that the nodes have in the file.
     pub numbers: Vec<i64>,
     /// Elements of all dimensions, in the order of the file.
     pub cells: Vec<Cell<MOST_NODES>>,
@@ -49,7 +51,7 @@ pub struct PhysicalGroup {
 pub struct Cell<const MOST_NODES: usize = 4> {
     /// Its kind.
     pub kind: CellKind,
-    /// The file's own number of it.
+    /// Its number in the file.
     pub number: i64,
     nodes: [u32; MOST_NODES],
     membership: u32,
@@ -332,7 +334,7 @@ impl<const MOST_NODES: usize> Builder<MOST_NODES> {
         })
     }
 
-    /// A cell of a kind, with a number of its own, whose nodes are read with `number`.
+    /// A cell of a kind, with its number, whose nodes are read with `number`.
     fn cell<'a>(
         &mut self,
         cursor: &mut Cursor<'a>,

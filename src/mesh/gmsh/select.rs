@@ -77,13 +77,15 @@ impl<const MOST_NODES: usize> GmshMesh<MOST_NODES> {
 }
 
 impl<const MOST_NODES: usize> GmshMesh<MOST_NODES> {
-    /// The nodes of each physical group among those that are `used`, ascending, as places in that list; groups without any are left out.
+    /// The nodes of each physical group among those that are `used`, ascending, as places in that list; groups without
+    /// any are left out.
     pub(in crate::mesh) fn node_sets(&self, used: &[u32]) -> BTreeMap<String, Vec<u32>> {
         let index = |node: &u32| used.binary_search(node).ok().map(|place| place as u32);
         self.node_sets_of(|cell| cell.nodes().iter().filter_map(index).collect())
     }
 
-    /// The nodes of each physical group, ascending, with the nodes that `members` finds of each element; groups without any are left out.
+    /// The nodes of each physical group, ascending, with the nodes that `members` finds of each element; groups without
+    /// any are left out.
     pub(in crate::mesh) fn node_sets_of(
         &self,
         members: impl Fn(&Cell<MOST_NODES>) -> Vec<u32>,

@@ -61,7 +61,7 @@ fn kind(cursor: &mut Cursor<'_>, order: ElementOrder) -> Result<CellKind, GmshEr
     CellKind::from_number(number, order).or_else(|why| cursor.fail(why))
 }
 
-/// An element of a kind, with a number of its own. The first tag is the physical group; 0 means none.
+/// An element of a kind, with its number. The first tag is the physical group; 0 means none.
 fn element<const MOST_NODES: usize>(
     cursor: &mut Cursor<'_>,
     builder: &mut Builder<MOST_NODES>,

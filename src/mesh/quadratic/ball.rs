@@ -1,8 +1,9 @@
-//! Balls and ellipsoids: shells of elements around a cube with faces that are half flat, half spherical, so that no corner degenerates.
+//! Balls and ellipsoids: shells of elements around a cube with faces that are half flat, half spherical, so that no
+//! corner degenerates.
 //!
 //! ```text
-//! t ∈ [−1, 1]³,   x_i = √2 sin(π t_i/4)                                               even angles along the middle of a face
-//! ball:    m_i = x_i (1 − ½ (x_j² + x_k²) + ⅓ x_j² x_k²)^½                            |m| = 1 on the faces of t
+//! t ∈ [−1, 1]³,   x_i = √2 sin(π t_i/4)                                         even angles along the middle of a face
+//! ball:    m_i = x_i (1 − ½ (x_j² + x_k²) + ⅓ x_j² x_k²)^½                      |m| = 1 on the faces of t
 //! cube:    p = ½ ρ (t/√3 + m);         shells over its faces: (1 − s) p + s m
 //! ```
 

@@ -1,6 +1,7 @@
 //! Blocks of elements: boxes, also turned, and boxes of which other shapes cut an end off.
 //!
-//! Along the axis whose ends are cut, every row of nodes is spread evenly from where it enters the region to where it leaves it:
+//! Along the axis whose ends are cut, every row of nodes is spread evenly from where it enters the region to where it
+//! leaves it:
 //!
 //! ```text
 //! x(s, r) = a(r) + s (b(r) − a(r)),   s ∈ [0, 1],      r: place across the axis;   a, b: ends of the row
@@ -20,7 +21,7 @@ const LEAST_ROW_RATIO: f64 = 0.2;
 /// Sides of elements may leave the surface of the region by this part of their length.
 const OFF: f64 = 0.02;
 
-/// A box in a region, in coordinates of its own.
+/// A box in a region, in the coordinates of the box.
 struct Cuboid {
     frame: Frame,
     lower: [f64; 3],
@@ -143,8 +144,8 @@ impl Cuboid {
 }
 
 impl QuadraticMesh {
-    /// A lattice of `counts` elements, whose nodes are counted along the first axis first; 0 elements along z in 2D. `place` gives the
-    /// place [m] of a node.
+    /// A lattice of `counts` elements, whose nodes are counted along the first axis first; 0 elements along z in 2D.
+    /// `place` gives the place [m] of a node.
     pub(super) fn lattice(dimension: usize, counts: [usize; 3], place: impl FnMut([usize; 3]) -> [f64; 3]) -> Self {
         let lines = counts.map(|count| 2 * count + 1);
         let split = |n: usize, sizes: [usize; 3]| [n % sizes[0], n / sizes[0] % sizes[1], n / sizes[0] / sizes[1]];
@@ -199,7 +200,8 @@ mod tests {
             let [x, y, _] = mesh.nodes[n as usize];
             assert!(((x - 0.2).hypot(y - 0.2) - 0.05).abs() < 1e-12);
         }
-        // The box less the part of the disc between x = 0.2 and the arc: ½ (w √(R² − w²) + R² asin(w/R)) on both sides, w = 0.01.
+        // The box less the part of the disc between x = 0.2 and the arc: ½ (w √(R² − w²) + R² asin(w/R)) on both sides,
+        // w = 0.01.
         let (w, r) = (0.01f64, 0.05f64);
         let taken = w * (r * r - w * w).sqrt() + r * r * (w / r).asin();
         assert!((mesh.volume() - (0.4 * 0.02 - taken)).abs() < 1e-6 * mesh.volume(), "{}", mesh.volume());
@@ -221,7 +223,8 @@ mod tests {
         assert!((corner[0] - (3.0 + 2.0 * cos)).abs() < 1e-14 && (corner[1] - 2.0 * sin).abs() < 1e-14);
     }
 
-    /// A bar between two balls, cut from a box in space: its volume is that of the box less two caps, π h² (R − h/3) each.
+    /// A bar between two balls, cut from a box in space: its volume is that of the box less two caps, π h² (R − h/3)
+    /// each.
     #[test]
     fn a_hole_is_no_cut_end_and_a_cut_box_in_space_is_a_block() {
         let hole = Region::Sphere { center: [1.0, 0.5, 0.0], radius: 0.2 };

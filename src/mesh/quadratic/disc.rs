@@ -1,7 +1,9 @@
-//! Discs and ellipses: rings of elements around a square whose sides are half chords, half arcs, so that no corner degenerates.
+//! Discs and ellipses: rings of elements around a square whose sides are half chords, half arcs, so that no corner
+//! degenerates.
 //!
 //! ```text
-//! side k of the square:  p_k(t) = ½ ρ [(1 − t) e(θ_k) + t e(θ_k + π/2) + e(θ_k + π t/2)],   e(θ) = (cos θ, sin θ),  θ_k = (2k − 3) π/4
+//! side k of the square:  p_k(t) = ½ ρ [(1 − t) e(θ_k) + t e(θ_k + π/2) + e(θ_k + π t/2)],
+//!                        e(θ) = (cos θ, sin θ),  θ_k = (2k − 3) π/4
 //! square:                p(u, v), blended from its sides (Coons);     rings: (1 − s) p_k(t) + s e(θ_k + π t/2)
 //! ```
 

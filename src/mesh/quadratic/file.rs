@@ -12,9 +12,10 @@ use std::path::{Path, PathBuf};
 const HEXAHEDRON: [usize; 27] =
     [0, 8, 1, 9, 20, 11, 3, 13, 2, 10, 21, 12, 22, 26, 23, 15, 24, 14, 4, 16, 5, 17, 25, 18, 7, 19, 6];
 
-/// A mesh from a Gmsh file (`.msh`, versions 2.2 and 4.1): triangles and quadrilaterals in 2D, tetrahedra or hexahedra in 3D, of first or, for curved sides,
-/// of second order (`Mesh.ElementOrder = 2`). Triangles are parted in three quadrilaterals, tetrahedra in four hexahedra, all of second order. The physical
-/// groups of the file are the names of its node sets.
+/// A mesh from a Gmsh file (`.msh`, versions 2.2 and 4.1): triangles and quadrilaterals in 2D, tetrahedra or hexahedra
+/// in 3D, of first or, for curved sides, of second order (`Mesh.ElementOrder = 2`). Triangles are parted in three
+/// quadrilaterals, tetrahedra in four hexahedra, all of second order. The physical groups of the file are the names of
+/// its node sets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct QuadraticFile {
@@ -37,7 +38,8 @@ impl QuadraticFile {
     /// Reads the mesh. The file is looked for below `base_dir`.
     ///
     /// # Errors
-    /// A finding with a key relative to this mesh: an unreadable file, kinds of elements that aren't read, no such group, elements that fold.
+    /// A finding with a key relative to this mesh: an unreadable file, kinds of elements that aren't read, no such
+    /// group, elements that fold.
     pub fn read(&self, base_dir: &Path, dimension: usize) -> Result<QuadraticMesh, Diagnostic> {
         if !(self.unit > 0.0 && self.unit.is_finite()) {
             return Err(Diagnostic::error("unit", format!("must be positive and finite, not {}", self.unit)));
@@ -119,7 +121,8 @@ mod tests {
         QuadraticFile { path: "solid.msh".into(), group: None, unit: 1e-3 }.read(home.path(), dimension)
     }
 
-    /// Nodes of a rectangle in the order that the manual of Gmsh draws: corners, then edges 0-1, 1-2, 2-3, 3-0, then the middle.
+    /// Nodes of a rectangle in the order that the manual of Gmsh draws: corners, then edges 0-1, 1-2, 2-3, 3-0, then
+    /// the middle.
     const RECTANGLE: [[f64; 3]; 9] = [
         [0.0, 0.0, 0.0],
         [2.0, 0.0, 0.0],
@@ -216,7 +219,8 @@ mod tests {
         )
     }
 
-    /// A cube of side 2 in five tetrahedra, of first and of second order: its volume, and faces that fit together: the surface of the parts is that of the cube.
+    /// A cube of side 2 in five tetrahedra, of first and of second order: its volume, and faces that fit together: the
+    /// surface of the parts is that of the cube.
     #[test]
     fn tetrahedra_are_parted_in_hexahedra_that_fit_together() {
         let corners: Vec<[f64; 3]> =
@@ -256,7 +260,8 @@ mod tests {
         }
     }
 
-    /// A quarter of a disc of a curved triangle beside a curved quadrilateral: they fit together, and the arcs stay those of the file's shape functions.
+    /// A quarter of a disc of a curved triangle beside a curved quadrilateral: they fit together, and the arcs stay
+    /// those of the file's shape functions.
     #[test]
     fn triangles_beside_quadrilaterals_fit_together_and_keep_curved_sides() {
         let on = |radius: f64, degrees: f64| {

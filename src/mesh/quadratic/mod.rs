@@ -1,12 +1,14 @@
 //! Meshes of solids: quadrilaterals with 9 nodes in 2D, hexahedra with 27 nodes in 3D.
 //!
 //! ```text
-//! x(ξ) = Σ_a N_a(ξ) x_a,   N_a = Π_k L_{a_k}(ξ_k),   L_0 = ½ ξ (ξ − 1),  L_1 = 1 − ξ²,  L_2 = ½ ξ (ξ + 1),   ξ_k ∈ [−1, 1]
+//! x(ξ) = Σ_a N_a(ξ) x_a,   N_a = Π_k L_{a_k}(ξ_k),   L_0 = ½ ξ (ξ − 1),  L_1 = 1 − ξ²,  L_2 = ½ ξ (ξ + 1),
+//!                                                   ξ_k ∈ [−1, 1]
 //! local node a = a_0 + 3 a_1 (+ 9 a_2);      det ∂x/∂ξ > 0 in every element
 //! ```
 //!
-//! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings around a square of
-//! discs, shells around a cube of balls, and triangles parted in three of all other plane regions. [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
+//! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings
+//! around a square of discs, shells around a cube of balls, and triangles parted in three of all other plane regions.
+//! [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
 
 mod ball;
 mod block;
@@ -30,8 +32,8 @@ use crate::mesh::domain::size::too_many;
 use crate::mesh::side_names;
 use std::collections::BTreeMap;
 
-/// Gmsh's number of the node at each place of a quadrilateral of ours: corners first, then the middles of edges and of the element (Gmsh reference
-/// manual, section on node ordering).
+/// Gmsh's number of the node at each place of a quadrilateral of ours: corners first, then the middles of edges and of
+/// the element (Gmsh reference manual, section on node ordering).
 const QUADRILATERAL: [usize; 9] = [0, 4, 1, 7, 8, 5, 3, 6, 2];
 
 /// Nodes this near to a side or region, over the extent of the mesh, lie on it.
@@ -51,13 +53,16 @@ pub struct QuadraticMesh {
 }
 
 impl QuadraticMesh {
-    /// A mesh of a bounded region whose elements have edges of about `cell` [m], at least one element along every extent.
+    /// A mesh of a bounded region whose elements have edges of about `cell` [m], at least one element along every
+    /// extent.
     ///
-    /// Sides of a box are the sets `left`, `right` (x), `front`, `back` (y, in 3D) and `bottom`, `top` (the last axis), also where the
-    /// box is turned or an end of it is cut off; of other regions they are the nodes farthest in these directions.
+    /// Sides of a box are the sets `left`, `right` (x), `front`, `back` (y, in 3D) and `bottom`, `top` (the last axis),
+    /// also where the box is turned or an end of it is cut off; of other regions they are the nodes farthest in these
+    /// directions.
     ///
     /// # Errors
-    /// A region that is not bounded, more elements than a mesh can have, a region in 3D that can't be meshed, elements that fold.
+    /// A region that is not bounded, more elements than a mesh can have, a region in 3D that can't be meshed, elements
+    /// that fold.
     ///
     /// ```
     /// use lateen::geometry::Region;
@@ -178,7 +183,8 @@ mod tests {
         Region::Intersection(vec![whole, Region::Complement(Box::new(taken))])
     }
 
-    /// Area of a disc of radius 1 whose circle is `count` parabolas through the ends and the middle of its arcs, of the angle 2φ each:
+    /// Area of a disc of radius 1 whose circle is `count` parabolas through the ends and the middle of its arcs, of the
+    /// angle 2φ each:
     /// triangles and, by Archimedes, two thirds of chord times height.
     pub(super) fn parabolic_disc(count: usize) -> f64 {
         let (sin, cos) = (PI / count as f64).sin_cos();

@@ -88,7 +88,8 @@ impl SurfacePatches {
 mod tests {
     use super::*;
 
-    /// A tetrahedron: 4 corners, 6 edges with 3 nodes between, and 7 nodes inside of each triangle. Area vectors close and point outward.
+    /// A tetrahedron: 4 corners, 6 edges with 3 nodes between, and 7 nodes inside of each triangle. Area vectors close
+    /// and point outward.
     #[test]
     fn patches_cover_a_closed_surface_once() {
         let vertices = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];

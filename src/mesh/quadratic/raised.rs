@@ -1,4 +1,5 @@
-//! Elements of files as quadrilaterals and hexahedra of second order: triangles and tetrahedra are parted, those of first order get nodes inside.
+//! Elements of files as quadrilaterals and hexahedra of second order: triangles and tetrahedra are parted, those of
+//! first order get nodes inside.
 //!
 //! ```text
 //! triangle, corner k:       k, middles of its two sides, centroid                      3 quadrilaterals
@@ -6,9 +7,10 @@
 //! vertex of a piece = mean of k and some of the other corners;    nodes between them: means of the vertices around
 //! ```
 //!
-//! A node is known by the corners of the file around it and their weights, in 96ths: 12 for means of 2, 3 and 4 corners, by 8 for those of the
-//! vertices of a piece. So elements that share a side or a face share its nodes. Beside triangles quadrilaterals are parted in four. Sides of second
-//! order stay curved: nodes lie where the file's own shape functions put them.
+//! A node is known by the corners of the file around it and their weights, in 96ths: 12 for means of 2, 3 and 4
+//! corners, by 8 for those of the vertices of a piece. So elements that share a side or a face share its nodes. Beside
+//! triangles quadrilaterals are parted in four. Sides of second order stay curved: nodes lie where the shape of the
+//! file functions put them.
 
 use super::{QUADRILATERAL, QuadraticMesh};
 use crate::mesh::gmsh::{Cell, CellKind, GmshMesh};
@@ -172,7 +174,8 @@ fn places(cell: &Cell<27>, piece: &[[u16; 8]]) -> Vec<Place> {
     (0..3usize.pow(dimension as u32)).map(node).collect()
 }
 
-/// Shape functions of all nodes of an element where its corners have these weights: barycentric or multilinear coordinates.
+/// Shape functions of all nodes of an element where its corners have these weights: barycentric or multilinear
+/// coordinates.
 fn shape(kind: CellKind, weights: &[f64]) -> Vec<f64> {
     let edges: &[[usize; 2]] = match kind {
         CellKind::QuadraticTriangle => &[[0, 1], [1, 2], [2, 0]],

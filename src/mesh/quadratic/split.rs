@@ -10,7 +10,8 @@ use crate::mesh::domain::planar::{bounded, triangulate};
 use crate::mesh::domain::size::SizeField;
 use hashbrown::HashMap;
 
-/// A node on the outline is moved by this part of its side at most: a greater distance is that to another part of the outline.
+/// A node on the outline is moved by this part of its side at most: a greater distance is that to another part of the
+/// outline.
 const LARGEST_OUTLINE_MOVE: f64 = 0.3;
 
 /// The mesh of a bounded plane region.

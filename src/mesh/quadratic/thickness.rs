@@ -1,4 +1,5 @@
-//! The thickness of a solid: from the middle of a side on its surface straight inward to the other side, where that faces it.
+//! The thickness of a solid: from the middle of a side on its surface straight inward to the other side, where that
+//! faces it.
 
 use super::QuadraticMesh;
 use super::measure::ElementSide;
@@ -31,7 +32,8 @@ struct FacePiece {
 }
 
 impl QuadraticMesh {
-    /// Thickness of the solid where it is thinnest; of a solid without sides that face each other, as that of a triangle may be, its least extent.
+    /// Thickness of the solid where it is thinnest; of a solid without sides that face each other, as that of a
+    /// triangle may be, its least extent.
     pub fn thinnest(&self) -> Thickness {
         self.thicknesses()
             .into_iter()
@@ -39,7 +41,8 @@ impl QuadraticMesh {
             .unwrap_or_else(|| self.least_extent())
     }
 
-    /// Thicknesses of the solid behind its sides, 400 of them at most, spread evenly; none where no sides face each other.
+    /// Thicknesses of the solid behind its sides, 400 of them at most, spread evenly; none where no sides face each
+    /// other.
     pub fn thicknesses(&self) -> Vec<Thickness> {
         let sides = self.surface();
         let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
@@ -72,7 +75,8 @@ impl QuadraticMesh {
         (length.is_finite() && depth > 0.0).then(|| Thickness { elements: count(length, depth), length, middle })
     }
 
-    /// A side as triangles between its corners; in 2D each segment between its nodes is a strip, two units wide in the third direction.
+    /// A side as triangles between its corners; in 2D each segment between its nodes is a strip, two units wide in the
+    /// third direction.
     fn pieces(&self, side: ElementSide) -> Vec<FacePiece> {
         let end = if side.upper { 1.0 } else { -1.0 };
         let along: Vec<usize> = (0..self.dimension).filter(|&k| k != side.axis).collect();

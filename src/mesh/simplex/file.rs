@@ -14,7 +14,8 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     /// uses are left out, and kept as [`Mesh::isolated`].
     ///
     /// # Errors
-    /// No such group or element; quadrilaterals; in 2D what does not lie in a plane z = const; whatever [`Mesh::new`] finds.
+    /// No such group or element; quadrilaterals; in 2D what does not lie in a plane z = const; whatever [`Mesh::new`]
+    /// finds.
     pub fn from_gmsh(file: &GmshMesh, group: Option<&str>, unit: f64) -> Result<Self, String> {
         let cells = file.cells_of(group, D)?;
         let mut used: Vec<u32> = cells.iter().flat_map(|cell| cell.nodes()).copied().collect();

@@ -85,7 +85,8 @@ impl<const D: usize> Locator<D> {
         }
     }
 
-    /// Locates `x` from the bins alone; `None` outside. Of several elements the one with the greatest least shape function.
+    /// Locates `x` from the bins alone; `None` outside. Of several elements the one with the greatest least shape
+    /// function.
     pub fn search<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<Location<N>> {
         if !x.is_finite() {
             return None;

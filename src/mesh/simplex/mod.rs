@@ -44,7 +44,8 @@ pub struct Simplex<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Simplex<D, N> {
-    /// The simplex with nodes at these positions [m]; `None` if it has no volume. The volume of an inverted one is negative.
+    /// The simplex with nodes at these positions [m]; `None` if it has no volume. The volume of an inverted one is
+    /// negative.
     pub fn new(x: [Vector<D>; N]) -> Option<Self> {
         const { assert!(N == D + 1, "a simplex in D dimensions has D + 1 nodes") };
         let edges = Tensor::<D>::from_fn(|i, j| x[j + 1][i] - x[0][i]).embed(1.0);

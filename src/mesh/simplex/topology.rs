@@ -83,8 +83,8 @@ fn facet_key<const N: usize>(nodes: &[u32; N], k: usize) -> [u32; 3] {
     key
 }
 
-/// True if the nodes of a facet, as they run around its element, are an even permutation of their ascending order. Of two
-/// elements of positive volume on either side of a facet this is true for one.
+/// True if the nodes of a facet, as they run around its element, are an even permutation of their ascending order. Of
+/// two elements of positive volume on either side of a facet this is true for one.
 fn is_even<const N: usize>(elements: &[[u32; N]], facet: Facet) -> bool {
     let nodes = facet_nodes(&elements[facet.element as usize], facet.opposite as usize);
     let swaps = (0..nodes.len()).flat_map(|i| (i + 1..nodes.len()).map(move |j| (i, j)));

@@ -119,7 +119,8 @@ impl ContactCounts {
         self.crossed.iter().copied().fold(self.steps.max(self.held_back), u64::max)
     }
 
-    /// Notices since the last call: one in a run for each sheet that particles have crossed; `names` are those of the sheets.
+    /// Notices since the last call: one in a run for each sheet that particles have crossed; `names` are those of the
+    /// sheets.
     pub fn notices<'a>(&mut self, names: impl Iterator<Item = &'a str>) -> Vec<String> {
         for (name, _) in names.zip(&self.crossed).filter(|(_, count)| **count > 0) {
             self.notices.say(name, || {

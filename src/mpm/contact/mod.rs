@@ -1,28 +1,31 @@
 //! Contact on the background grid: membranes with bodies, and bodies with each other.
 //!
-//! Bodies and membranes first move as if they were alone. Then they exchange impulses. Membranes do so with bodies by one of two
-//! methods, which the case chooses ([`SheetContact`]), with one interface (`method`):
+//! Bodies and membranes first move as if they were alone. Then they exchange impulses. Membranes do so with bodies by
+//! one of two methods, which the case chooses ([`SheetContact`]), with one interface (`method`):
 //!
 //! * `at_nodes`: at the grid nodes, as in the paper (Lian, Liu & Zhang 2014: Lian (49–59); theory D.2 to D.8);
-//! * `at_surface`: on the surface of the membrane, between its elements and the particles of bodies near it (theory D.9 to D.11).
+//! * `at_surface`: on the surface of the membrane, between its elements and the particles of bodies near it (theory D.9
+//!   to D.11).
 //!
-//! Both know the membrane as a `sheet` (closest points, sides of particles) of `facet`s, with a `surface` that moves, which touches walls and
-//! obstacles (`rigid`), and the nodes of bodies on the grid as `partner`s. `bodies` is contact of bodies with each other at grid nodes. Common to
-//! all: `impulse` (the impulses at one node), `friction` (coefficients by name), `folded_stencil` (grid nodes around a point, with walls),
-//! `support_blocks` and `particle_size`, `ledger` (forces and losses). The order of a step, and of the interface within it:
+//! Both know the membrane as a `sheet` (closest points, sides of particles) of `facet`s, with a `surface` that moves,
+//! which touches walls and obstacles (`rigid`), and the nodes of bodies on the grid as `partner`s. `bodies` is contact
+//! of bodies with each other at grid nodes. Common to all: `impulse` (the impulses at one node), `friction`
+//! (coefficients by name), `folded_stencil` (grid nodes around a point, with walls), `support_blocks` and
+//! `particle_size`, `ledger` (forces and losses). The order of a step, and of the interface within it:
 //!
 //! ```text
-//! begin_step     find: label particles, find the pairs that may touch; contact between bodies; choose: their nodes on the grid
-//! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
-//!                in passes, as the nodes take up less than the grid gives (theory D.7)
-//! conclude       gaps and losses of the sub-step
-//! finish_step    finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53)
-//! account        (after the walls) add_totals: forces of the step, and what contact dissipated (theory D.16; `ledger`)
-//! restore        (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
+//! begin_step    find: label particles, find the pairs that may touch; contact between bodies; choose: their
+//!               nodes on the grid
+//! resolve       per membrane sub-step: the trial state at that time → forces on the membrane's nodes
+//!               in passes, as the nodes take up less than the grid gives (theory D.7)
+//! conclude      gaps and losses of the sub-step
+//! finish_step   finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53)
+//! account       (after the walls) add_totals: forces of the step, and what contact dissipated (theory D.16; `ledger`)
+//! restore       (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
 //!
-//! J is the impulse on the body, of two bodies on the second; the sheet gets −J (theory D). Only in contact of a sheet with walls and
-//! obstacles (`rigid`) J acts on the sheet (theory E).
+//! J is the impulse on the body, of two bodies on the second; the sheet gets −J (theory D). Only in contact of a sheet
+//! with walls and obstacles (`rigid`) J acts on the sheet (theory E).
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
 //! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory D.15).
 
@@ -168,9 +171,9 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Contact of one sheet at the end of a sub-step: in pass 0 the detection, and the forces on the sheet's nodes [N]; in
-    /// further passes, after the nodes have taken up the forces of the last, their change (theory D.7). The supports'
-    /// share is included; the membrane leaves it to them.
+    /// Contact of one sheet at the end of a sub-step: in pass 0 the detection, and the forces on the sheet's nodes [N];
+    /// in further passes, after the nodes have taken up the forces of the last, their change (theory D.7). The
+    /// supports' share is included; the membrane leaves it to them.
     pub fn resolve(
         &mut self,
         ContactPass { sheet, pass }: ContactPass,
@@ -197,7 +200,8 @@ impl<const D: usize> Contacts<D> {
         self.sheets[sheet].undo_overlaps(position, at);
     }
 
-    /// A point of a sheet that is squeezed between walls, obstacles and supports `elapsed` [s] after the start of the step.
+    /// A point of a sheet that is squeezed between walls, obstacles and supports `elapsed` [s] after the start of the
+    /// step.
     pub fn squeezed(
         &self,
         sheet: usize,
@@ -237,8 +241,8 @@ impl<const D: usize> Contacts<D> {
         self.ledger.record_step(sheets.chain(self.pairwise.totals(grid, self.dt)), self.dt);
     }
 
-    /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets on the side of most
-    /// of these particles [m].
+    /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets
+    /// on the side of most of these particles [m].
     pub fn limit_free_volumes(
         &mut self,
         grid: &Grid<D>,
@@ -271,8 +275,8 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// The vector from `x` to the closest point of a sheet within a cell, at the positions of [`Self::find_membranes`] [m]; `None` if the
-    /// sheet has no contact with the field.
+    /// The vector from `x` to the closest point of a sheet within a cell, at the positions of [`Self::find_membranes`]
+    /// [m]; `None` if the sheet has no contact with the field.
     pub fn vector_to_sheet(&self, sheet: usize, field: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
         let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
         let foot = sheet.foot(x, cell)?;
@@ -287,8 +291,9 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Undoes a part of the overlaps of particles with sheets, and keeps all particles on their sides of the sheets, whose nodes have
-    /// moved to `positions` [m]. Comes after the particles have moved, and before they are sorted. Returns the displacements of each body.
+    /// Undoes a part of the overlaps of particles with sheets, and keeps all particles on their sides of the sheets,
+    /// whose nodes have moved to `positions` [m]. Comes after the particles have moved, and before they are sorted.
+    /// Returns the displacements of each body.
     pub fn restore(&mut self, bodies: &mut [Body<D>], positions: &[&[Vector<D>]]) -> &[Vec<ParticleShift<D>>] {
         for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
             shifts.iter().for_each(|shift| body.particles.position[shift.particle as usize] += shift.by);
@@ -371,7 +376,8 @@ impl<const D: usize> Contacts<D> {
     }
 }
 
-/// The method at `place` for contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact acts.
+/// The method at `place` for contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact
+/// acts.
 fn contact_method<const D: usize>(
     place: SheetContact,
     source: &SheetSource<'_, D>,

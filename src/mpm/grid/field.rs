@@ -1,8 +1,8 @@
 //! A velocity field of the grid: its nodes, and the other nodal data of a step.
 //!
 //! During a step a node holds, in this order: (m, p⁻, f) after the particles' scatter, then (m, p̄, f) with
-//! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always. When nothing changes them any
-//! more, nodes are finished: their memory then holds (m, v⁺, a), which is read as [`NodeMotion`].
+//! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always. When nothing changes
+//! them any more, nodes are finished: their memory then holds (m, v⁺, a), which is read as [`NodeMotion`].
 
 use crate::math::Vector;
 use bytemuck::TransparentWrapper;
@@ -113,7 +113,7 @@ impl GhostShares {
     }
 }
 
-/// The masses [kg] up to which nodes have no force, velocity or contact of their own.
+/// The masses [kg] up to which nodes have no force, velocity or contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MassCutoffs {
     /// Nodes up to this mass leave the forces of particles to their neighbours.

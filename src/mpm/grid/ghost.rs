@@ -9,17 +9,19 @@
 //! extrapolate  u_{−k} = (1 + k) u_0 − k u_1             (all others: the open-knot splines; linear fields exact)
 //! ```
 //!
-//! Extrapolation takes from row 1 what particles at the wall bring there: little where material fills the rows, all of it where a film or a
-//! single particle is, on which their forces still act; `limit` has the share that a ghost may take.
+//! Extrapolation takes from row 1 what particles at the wall bring there: little where material fills the rows, all of
+//! it where a film or a single particle is, on which their forces still act; `limit` has the share that a ghost may
+//! take.
 //!
 //! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
 //! hands to a node further inside belongs to the place of that node (`kernel::Weights`).
 //!
-//! Where solids meet a wall at its surface, they have nodes beyond it as on both sides of an obstacle (`wall::domain`): ghosts there are no ghosts of
-//! their field.
+//! Where solids meet a wall at its surface, they have nodes beyond it as on both sides of an obstacle (`wall::domain`):
+//! ghosts there are no ghosts of their field.
 //!
-//! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right: a node beyond two walls is a ghost of
-//! both axes, of which the second finds nothing where the first has folded it, and the first overwrites what the second has filled.
+//! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right: a node
+//! beyond two walls is a ghost of both axes, of which the second finds nothing where the first has folded it, and the
+//! first overwrites what the second has filled.
 
 mod limit;
 
@@ -147,8 +149,8 @@ impl<const D: usize> Ghosts<D> {
         Self { axes }
     }
 
-    /// Folds what lies on the ghosts into the domain within `limits` and zeroes the ghosts; `before` sees every mirrored
-    /// ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
+    /// Folds what lies on the ghosts into the domain within `limits` and zeroes the ghosts; `before` sees every
+    /// mirrored ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
     pub fn fold<T: Ghosted>(&self, limits: &GhostShares, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
             // Looking is what takes time, so that is done in parallel; few ghosts carry anything.
@@ -182,7 +184,7 @@ impl<const D: usize> Ghosts<D> {
                 if ghost.mirror { value.mirrored(axis) } else { value }
             };
             let images: Vec<T> = parallel::collect(ghosts.len(), CHUNK, image);
-            // Ghosts are in the order of their nodes, so that every chunk has nodes of its own.
+            // Ghosts are in the order of their nodes, so that no two chunks share a node.
             let nodes = ghosts.chunks(CHUNK).map(|part| part[0].node as usize..part[part.len() - 1].node as usize + 1);
             let parts = parallel::parts_mut(values, nodes).into_iter().zip(ghosts.chunks(CHUNK));
             parallel::map_parts(parts.zip(images.chunks(CHUNK)), |((values, ghosts), images)| {

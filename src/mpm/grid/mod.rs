@@ -6,9 +6,9 @@
 //! m_I ≤ m_cut:  f_J ← f_J + f_I m_J / Σ_K m_K,  f_I ← 0            nodes of small mass (`small_mass`, theory A.4)
 //! ```
 //!
-//! Node (0, …) lies at the origin, nodes are h apart, and the domain spans nodes 0..=cells. Kernels wider than linear and
-//! mirrored walls use ghost nodes outside. The files build on each other in this order: `field` (nodes), `blocks` (the
-//! sparse grid), `kernel` and `stencil` (the nodes around a point with their weights), `ghost`, `small_mass`.
+//! Node (0, …) lies at the origin, nodes are h apart, and the domain spans nodes 0..=cells. Kernels wider than linear
+//! and mirrored walls use ghost nodes outside. The files build on each other in this order: `field` (nodes), `blocks`
+//! (the sparse grid), `kernel` and `stencil` (the nodes around a point with their weights), `ghost`, `small_mass`.
 
 mod blocks;
 mod field;

@@ -1,8 +1,9 @@
 //! Nodes of small mass, which particles barely reach (theory A.4).
 //!
-//! Mass and momentum of a node are sums with the same weights: p_I/m_I is a mean of its particles' velocities however small
-//! its mass is, and a rigid motion stays exact. Forces are sums with slopes. Where a slope doesn't vanish with its shape
-//! function, as that of the hat, f_I/m_I has no bound; then the neighbours get the force, and no momentum is lost:
+//! Mass and momentum of a node are sums with the same weights: p_I/m_I is a mean of its particles' velocities however
+//! small its mass is, and a rigid motion stays exact. Forces are sums with slopes. Where a slope doesn't vanish with
+//! its shape function, as that of the hat, f_I/m_I has no bound; then the neighbours get the force, and no momentum is
+//! lost:
 //!
 //! ```text
 //! m_I ≤ m_cut:   f_J ← f_J + f_I m_J / Σ_K m_K,   f_I ← 0          J, K: the neighbours of I above m_cut
@@ -10,8 +11,9 @@
 //!
 //! Among the neighbours is always a node that the same particles reach well.
 //!
-//! Where a particle is at the end of a smooth shape function only rounding is left of m_I and p_I; what ghosts take of the rows next to walls
-//! leaves them their mass (`ghost/limit.rs`). Such a node moves as its neighbours do on average, v_I = Σ m_J v_J / Σ m_J.
+//! Where a particle is at the end of a smooth shape function only rounding is left of m_I and p_I; what ghosts take of
+//! the rows next to walls leaves them their mass (`ghost/limit.rs`). Such a node moves as its neighbours do on average,
+//! v_I = Σ m_J v_J / Σ m_J.
 
 use super::ghost::Ghosted;
 use super::{Grid, Kernel, MassCutoffs, Node, SmallMassNode};
@@ -22,12 +24,12 @@ use crate::parallel::{self, CHUNK};
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.
 const FORCE_CUTOFF: f64 = 1e-6;
 
-/// The same with APIC, whose particles take the slope of the motion of a node that they barely reach in full: a node of mass N m_p
-/// alone, with ω² = c²/(h² N) along one axis, is stable up to a Courant number of 2 √N, here ½.
+/// The same with APIC, whose particles take the slope of the motion of a node that they barely reach in full: a node of
+/// mass N m_p alone, with ω² = c²/(h² N) along one axis, is stable up to a Courant number of 2 √N, here ½.
 const FORCE_CUTOFF_AFFINE: f64 = 1.0 / 16.0;
 
-/// The same for smooth ones, whose f²/m stays bounded as m vanishes: just above the rounding of a node's mass. Below, nodes
-/// take their neighbours' velocity and have no contact.
+/// The same for smooth ones, whose f²/m stays bounded as m vanishes: just above the rounding of a node's mass. Below,
+/// nodes take their neighbours' velocity and have no contact.
 const ROUNDING: f64 = 1e-15;
 
 impl MassCutoffs {
@@ -52,8 +54,8 @@ fn hosts<const D: usize>(grid: &Grid<D>, nodes: &[Node<D>], node: usize, least: 
     hosts
 }
 
-/// Finds the nodes without a velocity of their own among those that hold (m, p⁻), and gives them their neighbours' velocity
-/// and a mass that is too small to count.
+/// Finds the nodes of too small a mass for a velocity among those that hold (m, p⁻), and gives them their neighbours'
+/// velocity and a mass that is too small to count.
 pub fn find<const D: usize>(grid: &Grid<D>, nodes: &mut [Node<D>], cutoffs: &MassCutoffs) -> Vec<SmallMassNode> {
     let small = |node: &Node<D>| node.mass <= cutoffs.velocity && !node.is_nothing();
     let found: Vec<usize> = parallel::collect_some(nodes.len(), CHUNK, |n| small(&nodes[n]).then_some(n));
@@ -81,7 +83,8 @@ pub struct TrialMomentum<const D: usize> {
 }
 
 impl<const D: usize> TrialMomentum<D> {
-    /// p̄ ← p⁻ + Δt f with gravity among the forces, which `applied` keeps [N]; nodes of small mass hand the rest of theirs over.
+    /// p̄ ← p⁻ + Δt f with gravity among the forces, which `applied` keeps [N]; nodes of small mass hand the rest of
+    /// theirs over.
     pub fn advance(&self, grid: &Grid<D>, nodes: &mut [Node<D>], applied: &mut [Vector<D>]) {
         let &Self { gravity, dt, cutoffs } = self;
         let small = parallel::collect_pair_mut(nodes, applied, |n, node, applied| {

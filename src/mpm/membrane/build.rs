@@ -281,7 +281,7 @@ fn duals([g1, g2]: [Vector<3>; 2], [e1, e2]: [Vector<3>; 2], [l1, l2, _]: [f64; 
     [j22 / det, -j12 / det, -j21 / det, j11 / det]
 }
 
-/// Metric of the stress-free tangents, from their duals: the inverse of the duals' own products.
+/// Metric of the stress-free tangents, from their duals: the inverse of the products of the duals.
 fn natural_metric(reference: &ReferenceBlock) -> Metric {
     let [m11, m12, m21, m22] = reference.duals.map(ElementLanes);
     let (a, b, c) = (m11 * m11 + m12 * m12, m21 * m21 + m22 * m22, m11 * m21 + m12 * m22);

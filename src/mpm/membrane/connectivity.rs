@@ -21,8 +21,8 @@ pub struct MembraneElements {
 }
 
 impl MembraneElements {
-    /// Sorts `elements` by shape (keeping the order within a shape) and links them to `nodes` nodes; quadrilaterals have
-    /// `points` quadrature points.
+    /// Sorts `elements` by shape (keeping the order within a shape) and links them to `nodes` nodes; quadrilaterals
+    /// have `points` quadrature points.
     pub fn new(elements: &[Vec<u32>], node_count: usize, points: usize) -> Self {
         let of_size = |n: usize| elements.iter().filter(move |e| e.len() == n);
         let (mut offset, mut nodes) = (vec![0], Vec::new());

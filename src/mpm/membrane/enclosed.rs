@@ -21,7 +21,8 @@ pub(super) struct VolumeOrigin<const D: usize> {
 }
 
 impl<const D: usize> VolumeOrigin<D> {
-    /// The origin for the volume within a membrane that has no free edges and whose elements all look to one side; else `None`.
+    /// The origin for the volume within a membrane that has no free edges and whose elements all look to one side; else
+    /// `None`.
     pub fn new(elements: &MembraneElements, position: &[Vector<D>]) -> Option<Self> {
         if !is_closed(elements) {
             return None;

@@ -10,9 +10,9 @@
 //! ```
 //!
 //! k_W is the geometric stiffness of the bilinear element in this mode under the stress T, exact for parallelograms.
-//! Sheets that wrinkle have 2 × 2 quadrature points in a quadrilateral, which see the mode: of the above only the viscous terms
-//! act on them. A stiffness would be that of a taut element however little of it is stretched.
-//! The in-plane Q is kept by its components on the tangents, which move with the element.
+//! Sheets that wrinkle have 2 × 2 quadrature points in a quadrilateral, which see the mode: of the above only the
+//! viscous terms act on them. A stiffness would be that of a taut element however little of it is stretched. The
+//! in-plane Q is kept by its components on the tangents, which move with the element.
 
 use super::lanes::{ElementLanes, LaneVector};
 use super::shape::{Metric, Modes};

@@ -61,7 +61,8 @@ impl<const D: usize> Pressure<D> {
         self.local.clear();
     }
 
-    /// Area vectors of the elements over their number of nodes [m²], set by the element pass; empty if they aren't needed.
+    /// Area vectors of the elements over their number of nodes [m²], set by the element pass; empty if they aren't
+    /// needed.
     pub fn areas(&mut self) -> &mut [Vector<D>] {
         if self.follower { &mut self.area } else { &mut [] }
     }

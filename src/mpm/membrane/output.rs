@@ -71,7 +71,8 @@ impl<const D: usize> Membrane<D> {
         [0, 1].map(|i| values.iter().map(|value| value[i]).sum::<f64>() / points as f64)
     }
 
-    /// Principal values of the true stress of a total law at (ξ, η) of an element with its state in `block`, `lane` [Pa].
+    /// Principal values of the true stress of a total law at (ξ, η) of an element with its state in `block`, `lane`
+    /// [Pa].
     fn total_stress(&self, element: usize, block: usize, lane: usize, place: [f64; 2]) -> [f64; 2] {
         // σ = F S Fᵀ / J has the eigenvalues of C S / J.
         let c @ [c11, c22, c12] = self.right_cauchy_green(element, block, lane, place);

@@ -127,8 +127,8 @@ impl ElementShape<4> for FullQuadrilateral {
         Quadrilateral::spread(p, r, h)
     }
 
-    /// As if the element had the tangents of the point throughout. The greatest of the four bounds that follow bounds the
-    /// element: exactly for a parallelogram, whose stiffest modes are those of uniform strain.
+    /// As if the element had the tangents of the point throughout. The greatest of the four bounds that follow bounds
+    /// the element: exactly for a parallelogram, whose stiffest modes are those of uniform strain.
     #[inline(always)]
     fn gram(m: &Metric) -> [ElementLanes; 2] {
         Quadrilateral::gram(m)

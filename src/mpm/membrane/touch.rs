@@ -4,8 +4,8 @@
 //! F_e = Σ_K∈e F_K (a_e/n_e)/(Σ_e'∋K a_e'/n_e'),    Σ_e F_e = Σ_K F_K,    p_e = F_e·n/a_e
 //! ```
 //!
-//! with the mean contact force F_K of the last step on each node, whose parts follow from the areas a_e of its elements (with n_e
-//! nodes): under an even pressure on a flat sheet p_e is that pressure, edges included.
+//! with the mean contact force F_K of the last step on each node, whose parts follow from the areas a_e of its elements
+//! (with n_e nodes): under an even pressure on a flat sheet p_e is that pressure, edges included.
 
 use super::Membrane;
 use crate::math::Vector;

@@ -28,8 +28,8 @@ pub struct Body<const D: usize> {
     /// Points on the surface of a body that keeps its shape, carried along by particles (by identity); empty where
     /// there are none: then every particle may come to the surface, and reaches half its size.
     pub skin: Vec<SkinPoint>,
-    /// Depth of each particle below the body's surface at the start, in edges of its volume, by identity; empty: half an
-    /// edge. The ball of this radius around the particle lies inside the body and touches its surface.
+    /// Depth of each particle below the body's surface at the start, in edges of its volume, by identity; empty: half
+    /// an edge. The ball of this radius around the particle lies inside the body and touches its surface.
     pub depth: Vec<f64>,
     /// Loads on the surface.
     pub traction: Vec<Traction>,
@@ -52,8 +52,8 @@ pub struct Part {
     pub number: usize,
     /// Number of particles of the parts before it: in outputs, identities go on from there.
     pub before: u32,
-    /// The side of each membrane on which all of it stays: +1 where normals point, −1 behind; 0, or none for a membrane, where only
-    /// the place of a particle tells.
+    /// The side of each membrane on which all of it stays: +1 where normals point, −1 behind; 0, or none for a
+    /// membrane, where only the place of a particle tells.
     pub sides: Vec<f64>,
 }
 
@@ -62,7 +62,8 @@ pub struct Part {
 pub struct Work<const D: usize> {
     /// Volume ratio of the increment.
     pub volume_ratio: Vec<f64>,
-    /// Difference between the averaged pressure, which makes forces, and the particle's own [Pa]; empty without the cure of locking.
+    /// Difference between the averaged pressure, which makes forces, and that of the particle [Pa]; empty without the
+    /// cure of locking.
     pub excess: Vec<f64>,
     /// External force [N]; empty where there is none.
     pub external: Vec<Vector<D>>,
@@ -109,8 +110,8 @@ pub struct Particles<const D: usize> {
     pub wave_speed: Vec<f64>,
 }
 
-/// Depth [edges] of the particles that show where the surface is: a square of 1½ edges from the surface down, however it
-/// is turned, holds one of a lattice.
+/// Depth [edges] of the particles that show where the surface is: a square of 1½ edges from the surface down, however
+/// it is turned, holds one of a lattice.
 const SURFACE: f64 = 1.5;
 
 /// The bodies of a velocity field.
@@ -158,9 +159,9 @@ impl<const D: usize> Body<D> {
         self.depth(p) < SURFACE
     }
 
-    /// The map of the unit ball to that of particle `p` [m]: the ball around it that touched the surface at the start, which
-    /// follows the deformation where that is known; for fluids at most half the edge of its volume, kept within 0.3 to 1
-    /// half cells (theory D.3).
+    /// The map of the unit ball to that of particle `p` [m]: the ball around it that touched the surface at the start,
+    /// which follows the deformation where that is known; for fluids at most half the edge of its volume, kept within
+    /// 0.3 to 1 half cells (theory D.3).
     pub fn ball(&self, p: usize, cell: f64) -> Tensor<D> {
         let particles = &self.particles;
         let edge = |volume: f64| if D == 2 { volume.sqrt() } else { volume.cbrt() };

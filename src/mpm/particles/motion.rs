@@ -6,25 +6,28 @@
 //! x_p ← x_p + Δt Σ N_Ip w_I                             w: ṽ of solids that ṽ strains; else v⁺
 //! ```
 //!
-//! **Solids move with the velocity that strains them.** Of the accelerations a = f/m of the nodes particles bring only A a back to
-//! the grid, A = M⁻¹ Σ m_p N_Ip N_Jp: ṽ = v⁻ + Δt A a, and of waves as short as a cell A leaves a seventh along each axis. Stresses that
-//! are updated with ṽ (`average`, `modified-last`) don't see the rest; particles that move with v⁺ do, and with them the slopes by which
-//! stresses push. Let u be the amplitude of such a wave in the strains, z how far the positions are ahead of it, ω its frequency with A = 1,
-//! and κ ω² the stiffness of the stresses that are there when the positions move, κ ≈ σ/E:
+//! **Solids move with the velocity that strains them.** Of the accelerations a = f/m of the nodes particles bring only
+//! A a back to the grid, A = M⁻¹ Σ m_p N_Ip N_Jp: ṽ = v⁻ + Δt A a, and of waves as short as a cell A leaves a seventh
+//! along each axis. Stresses that are updated with ṽ (`average`, `modified-last`) don't see the rest; particles that
+//! move with v⁺ do, and with them the slopes by which stresses push. Let u be the amplitude of such a wave in the
+//! strains, z how far the positions are ahead of it, ω its frequency with A = 1, and κ ω² the stiffness of the stresses
+//! that are there when the positions move, κ ≈ σ/E:
 //!
 //! ```text
-//! ü = −A ω² ((1 + κ) u + κ z),     ż = −(1 − A) Δt ω² ((1 + κ) u + κ z)     ⇒     ü + (1 − A) Δt κ ω² u̇ + A ω² (1 + κ) u = const
+//! ü = −A ω² ((1 + κ) u + κ z),   ż = −(1 − A) Δt ω² ((1 + κ) u + κ z)   ⇒   ü + (1 − A) Δt κ ω² u̇ + A ω² (1 + κ) u = const
 //! ```
 //!
-//! Where κ < 0 the wave grows, by (1 − A) |κ| (ω Δt)²/2 a step: stripes of stress a cell wide in a body at rest. With w = ṽ there
-//! is no z. `last` strains and moves by v⁺, and damps such waves; `first` strains by v⁻, and they grow in it.
+//! Where κ < 0 the wave grows, by (1 − A) |κ| (ω Δt)²/2 a step: stripes of stress a cell wide in a body at rest. With
+//! w = ṽ there is no z. `last` strains and moves by v⁺, and damps such waves; `first` strains by v⁻, and they grow in
+//! it.
 //!
-//! FLIP loses no angular momentum by it, Σ m_p (Σ N_Ip ṽ_I) × v_p = Σ m_I ṽ_I × ṽ_I = 0; APIC, which keeps it if particles move with
-//! their own velocity v⁺, would, and moves so. It damps such waves; bodies that are strained by more than a tenth and rest for long
-//! want FLIP. Liquids and gases move with v⁺, in which contact and walls have acted in full: they must not leak.
+//! FLIP loses no angular momentum by it, Σ m_p (Σ N_Ip ṽ_I) × v_p = Σ m_I ṽ_I × ṽ_I = 0; APIC, which keeps it if
+//! particles move with their velocity v⁺, would, and moves so. It damps such waves; bodies that are strained by
+//! more than a tenth and rest for long want FLIP. Liquids and gases move with v⁺, in which contact and walls have acted
+//! in full: they must not leak.
 //!
-//! **Walls of the domain hold positions.** Where a film or a single particle is next to a wall, velocities there keep up to a sixth of that of
-//! the row of nodes inside (`ghost::limit`). What it would carry beyond the wall stays on it.
+//! **Walls of the domain hold positions.** Where a film or a single particle is next to a wall, velocities there keep
+//! up to a sixth of that of the row of nodes inside (`ghost::limit`). What it would carry beyond the wall stays on it.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::math::{Tensor, Vector};

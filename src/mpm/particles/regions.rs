@@ -2,15 +2,16 @@
 //!
 //! ```text
 //! region of a particle   the closed surfaces with |w(x_p)| > ½ at the start, w the winding number
-//! part of a body         its particles in one region, with a velocity field of their own
+//! part of a body         its particles in one region, with a velocity field for these
 //! side of a part         of each membrane: +1 where its normals point, −1 behind, for good
 //! ```
 //!
-//! One velocity field on both sides drags streams along each other through the sheet, and a side that is told from the place of a
-//! particle that comes near is wrong in folds. What the winding number says of the start is right for ever, because nothing passes a
-//! membrane that it meets. Parts of a body have its name; outputs show them as one.
+//! One velocity field on both sides drags streams along each other through the sheet, and a side that is told from the
+//! place of a particle that comes near is wrong in folds. What the winding number says of the start is right for ever,
+//! because nothing passes a membrane that it meets. Parts of a body have its name; outputs show them as one.
 //!
-//! A solid keeps its shape, and is not cut in two. Where it reaches through a membrane the places of its particles tell their sides.
+//! A solid keeps its shape, and is not cut in two. Where it reaches through a membrane the places of its particles tell
+//! their sides.
 
 use super::traction::{Load, Traction};
 use super::{Body, Part};
@@ -100,8 +101,9 @@ struct Regions<const D: usize> {
 }
 
 impl<const D: usize> Regions<D> {
-    /// Shares the particles of a body at `position` [m] between regions, in the order of its particles. Only membranes that it
-    /// `meets` count. One that is not to be `divided` is one share, with no side of a membrane that it reaches through.
+    /// Shares the particles of a body at `position` [m] between regions, in the order of its particles. Only membranes
+    /// that it `meets` count. One that is not to be `divided` is one share, with no side of a membrane that it reaches
+    /// through.
     fn share(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<RegionShare> {
         let met = || (0..).zip(&self.enclosures).filter(|(_, enclosure)| meets[enclosure.sheet]);
         let region = |p: usize| met().filter(|(_, e)| e.holds(position[p])).map(|(n, _)| n).collect();
@@ -141,8 +143,8 @@ impl<const D: usize> Regions<D> {
     }
 }
 
-/// Divides bodies by the regions of closed membranes, where these are at the start, and numbers the velocity fields anew: bodies that
-/// shared one still do in each region.
+/// Divides bodies by the regions of closed membranes, where these are at the start, and numbers the velocity fields
+/// anew: bodies that shared one still do in each region.
 ///
 /// # Errors
 /// A body with a pressure on its surface that a membrane cuts through.
@@ -292,7 +294,8 @@ mod tests {
         assert_eq!(found, [(&[0, 2][..], 1.0), (&[1, 3, 4][..], -1.0)]);
     }
 
-    /// A loop within another one: three regions, with sides of their own of both; through one that is not met the body passes.
+    /// A loop within another one: three regions, with different sides of both; through one that is not met the body
+    /// passes.
     #[test]
     fn nested_loops_divide_a_body_into_regions() {
         let sheets = [(ring(0, 4), square(0.0, 3.0)), (ring(0, 4), square(1.0, 2.0))];

@@ -2,8 +2,8 @@
 //! (theory A.11).
 //!
 //! ```text
-//! φ_I = Σ_p V_p N_Ip / ∫N_I dx,     c_I = max(φ_I − 1, 0)          what particles fill of a node's share of space, and the excess
-//! x_p ← x_p − α h² ‖ε̇_p‖ Δt ∇c(x_p)                                 particle shifting (Lind, Xu, Stansby & Rogers 2012)
+//! φ_I = Σ_p V_p N_Ip / ∫N_I dx,   c_I = max(φ_I − 1, 0)   what particles fill of a node's share of space, and the excess
+//! x_p ← x_p − α h² ‖ε̇_p‖ Δt ∇c(x_p)                    particle shifting (Lind, Xu, Stansby & Rogers 2012)
 //! V_p ← V_p (1 − (α ‖ε̇_p‖ Δt + β) c(x_p))
 //! ```
 //!
@@ -22,8 +22,8 @@
 //! Particles of a liquid that has parted (p at its limit) are left as they are, but for the void between them, which
 //! closes as it fills.
 //!
-//! The free volume ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed
-//! takes up less space, as it should, and its volumes follow its energy (`volumes`).
+//! The free volume ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is
+//! squeezed takes up less space, as it should, and its volumes follow its energy (`volumes`).
 
 mod free_volume;
 
@@ -51,7 +51,7 @@ const LARGEST_SHIFT_FACTOR: f64 = 0.1;
 
 /// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within
 /// some thousand steps an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where
-/// it is large for a moment, gets no blow of its own: 0.001 is the pressure of a flow at a thirtieth of the speed
+/// it is large for a moment, gets no blow from this: 0.001 is the pressure of a flow at a thirtieth of the speed
 /// of sound.
 const SHARE: f64 = 2e-3;
 const MOST_TAKEN: f64 = 1e-3;
@@ -141,8 +141,8 @@ fn find_excess<const D: usize>(
     excess
 }
 
-/// The free volume around each node that particles of a field reach, which walls, obstacles and sheets leave, over the volume
-/// of a cell.
+/// The free volume around each node that particles of a field reach, which walls, obstacles and sheets leave, over the
+/// volume of a cell.
 fn free_volumes<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,
     field: usize,
@@ -226,8 +226,8 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
     })
 }
 
-/// Moves the particles of liquids to where there is free volume, undoes overlaps with sheets, and keeps all particles on
-/// their sides of the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after
+/// Moves the particles of liquids to where there is free volume, undoes overlaps with sheets, and keeps all particles
+/// on their sides of the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after
 /// particles and sheets have moved.
 pub(in crate::mpm) fn displace<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,

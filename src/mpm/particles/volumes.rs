@@ -1,21 +1,21 @@
 //! The volumes that particles of an ideal gas stand for, from the grid (theory A.12).
 //!
 //! ```text
-//! p_I = Σ_p V_p p_p N_Ip / hᴰ          at nodes around which the gas fills space; next to them the mean of their neighbours
-//! V_p ← V_p r,   p_p ← p_p/r,          r = (p_p / Σ_I N_Ip p_I)^β
+//! p_I = Σ_p V_p p_p N_Ip / hᴰ     at nodes around which the gas fills space; next to them the mean of their neighbours
+//! V_p ← V_p r,   p_p ← p_p/r,     r = (p_p / Σ_I N_Ip p_I)^β
 //! ```
 //!
 //! A particle's volume follows the divergence of velocity along its path, V̇ = V tr L, and keeps for ever what it was
 //! wrong by: paths wander through what the grid can't see, and in a bag at rest the sum of the volumes doubles in
 //! thousands of steps. Nothing else shows that. Of an ideal gas V p = (γ − 1) e, so that forces, work and the speed
 //! of sound γ (γ − 1) e/m are the same for every share of V between particles; but pressures and densities are read
-//! from it, and how near a particle comes to a surface. The energy per volume of the grid is known, and volumes are relaxed
-//! to it, slowly, so that waves stay as sharp as they are.
+//! from it, and how near a particle comes to a surface. The energy per volume of the grid is known, and volumes are
+//! relaxed to it, slowly, so that waves stay as sharp as they are.
 //!
-//! Within an atmosphere p_a (`ambient`) forces and energy depend on the shares of volume, too: the force of a particle is (p − p_a) V,
-//! and the atmosphere has taken the work p_a V. So volumes are relaxed in proportion to |1 − p_a/p|, the pace at which p − p_a lets
-//! particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise of its sum alone. The work p_a dV on what was
-//! no volume of the gas comes back to the particle: e + p_a V stays.
+//! Within an atmosphere p_a (`ambient`) forces and energy depend on the shares of volume, too: the force of a particle
+//! is (p − p_a) V, and the atmosphere has taken the work p_a V. So volumes are relaxed in proportion to |1 − p_a/p|,
+//! the pace at which p − p_a lets particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise
+//! of its sum alone. The work p_a dV on what was no volume of the gas comes back to the particle: e + p_a V stays.
 //!
 //! ```text
 //! r = (p_p/p)^(β min(|1 − p_a/p|, 1)/(1 + w)) ≤ 1 + ½/w,      p = Σ_I N_Ip p_I,   w = p_a V_p/e_p
@@ -141,7 +141,8 @@ fn relax_volumes<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pre
     }
 }
 
-/// Relaxes the volume of particle `p` towards that at which its pressure is `wanted` [Pa], within the atmosphere `ambient` [Pa].
+/// Relaxes the volume of particle `p` towards that at which its pressure is `wanted` [Pa], within the atmosphere
+/// `ambient` [Pa].
 fn relax_volume<const D: usize>(particles: &mut Particles<D>, p: usize, wanted: f64, ambient: f64) {
     let (own, volume, energy) = (particles.pressure[p], particles.volume[p], particles.energy[p]);
     // The energy p_a V of the atmosphere's part of the volume, over the internal energy.

@@ -16,7 +16,7 @@ where
     visit(&format!("{body}.{name}"), Column::new(data));
 }
 
-/// The beginning of the names of a body's columns. Those of its further parts have a beginning of their own: whatever
+/// The beginning of the names of a body's columns. Those of its further parts have another beginning: whatever
 /// bodies are called, no two columns have one name.
 fn prefix<const D: usize>(body: &Body<D>) -> String {
     match body.part.number {
@@ -97,7 +97,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     mpm.coupling.contact.columns("contact.", visit);
     let (clock, energy) = (&mut mpm.clock, &mut mpm.energy);
     visit("mpm.steps", Column::scalar(&mut clock.steps));
-    visit("mpm.dt-before", Column::scalar(&mut clock.dt_before));
+    visit("mpm.dt-before", Column::scalar(&mut clock.dt_previous));
     visit("mpm.step-bound", Column::scalar(&mut clock.bound));
     visit("mpm.kinetic-energy", Column::scalar(&mut energy.kinetic));
     visit("mpm.internal-energy", Column::scalar(&mut energy.internal));

@@ -59,7 +59,7 @@ fn joined<'a>(parts: Vec<PointSet<'a>>) -> PointSet<'a> {
 /// The particles of a body, or of a part of it.
 fn points_of_part<const D: usize>(body: &Body<D>) -> PointSet<'_> {
     let particles = &body.particles;
-    // The averaged pressure makes the forces: next to walls the law's own alternates about it.
+    // The averaged pressure makes the forces: next to walls that of the law alternates about it.
     let acting = || particles.pressure.iter().zip(&body.work.excess).map(|(p, more)| p + more).collect();
     let pressure = if body.work.excess.len() == particles.len() {
         Field::computed("pressure", "Pa", 1, acting)
@@ -100,7 +100,7 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
     let membranes = &mpm.coupling.membranes;
     Snapshot {
         step: mpm.clock.steps,
-        dt: mpm.clock.dt_before,
+        dt: mpm.clock.dt_previous,
         dimension: D,
         points: wholes(&mpm.bodies).map(points).collect(),
         surfaces: membranes.iter().map(Membrane::surface_set).collect(),

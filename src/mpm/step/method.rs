@@ -74,7 +74,7 @@ impl<const D: usize> MethodChoices<D> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::mpm) struct StepCount {
     /// The last step [s].
-    pub dt_before: f64,
+    pub dt_previous: f64,
     /// The bound of the next step [s].
     pub bound: f64,
     /// Number of steps so far.

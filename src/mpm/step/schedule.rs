@@ -9,12 +9,13 @@
 //! | modified last | S m p f | | R rate velocity → p | ṽ | G strain heat stress land | |
 //! | average | S m p | R strain stress → f | R rate velocity → p | ṽ | G strain heat stress land | |
 //!
-//! With averages over the nodes (theory A.10) a strain is R strain → ΔJ, and the stress update reads the mean of ΔJ; a force is
-//! R … → p, R p̃ → f: stresses before and after with averages make seven sweeps. When the noise filter is due, nothing is
-//! scattered or strained before it: velocities are gathered, filtered, and scattered anew where they are re-mapped.
+//! With averages over the nodes (theory A.10) a strain is R strain → ΔJ, and the stress update reads the mean of ΔJ; a
+//! force is R … → p, R p̃ → f: stresses before and after with averages make seven sweeps. When the noise filter is due,
+//! nothing is scattered or strained before it: velocities are gathered, filtered, and scattered anew where they are
+//! re-mapped.
 //!
-//! `first` and the first half of `average` strain with v⁻ over the interval that led to the positions; `last` with v⁺, the
-//! others with ṽ, over the interval that follows (theory A.8).
+//! `first` and the first half of `average` strain with v⁻ over the interval that led to the positions; `last` with v⁺,
+//! the others with ṽ, over the interval that follows (theory A.8).
 
 use crate::mpm::transfer::{MoveBy, Onto, Operation, Positions, Read, ScatterContent, Visit};
 use crate::mpm::{Locking, StressUpdate};
@@ -22,7 +23,7 @@ use crate::mpm::{Locking, StressUpdate};
 /// The velocity of the nodes that strains the bodies after contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::mpm) enum StrainVelocity {
-    /// None: nothing is strained in a sweep of its own.
+    /// None: no sweep is there for strains alone.
     None,
     /// v⁺.
     Nodes,
@@ -84,9 +85,9 @@ impl SweepSchedule {
         }
     }
 
-    /// The sweeps that make forces, after the interval `dt_before` [s].
-    pub fn force(&self, dt_before: f64) -> &[Visit] {
-        if dt_before > 0.0 { &self.force } else { &self.force_at_the_start }
+    /// The sweeps that make forces, after the interval `dt_previous` [s].
+    pub fn force(&self, dt_previous: f64) -> &[Visit] {
+        if dt_previous > 0.0 { &self.force } else { &self.force_at_the_start }
     }
 
     /// The sweeps after contact, in a step with a noise filter of this order; 0: without.
@@ -95,8 +96,8 @@ impl SweepSchedule {
     }
 
     /// The increment over which stresses are updated before the forces, of the interval that led here [s].
-    pub fn strain_before(&self, dt_before: f64) -> Option<f64> {
-        self.intervals[0].map(|part| part * dt_before)
+    pub fn strain_before(&self, dt_previous: f64) -> Option<f64> {
+        self.intervals[0].map(|part| part * dt_previous)
     }
 
     /// Interval of the strain increment after the motion, that which follows [s].

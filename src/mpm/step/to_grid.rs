@@ -62,13 +62,13 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// f_I of stresses and of forces on particles, Lian (17, 18), where they could not be scattered with the momentum; before
-    /// that the stress update over the interval that led here, Lian (62, 63), if that is its place.
+    /// f_I of stresses and of forces on particles, Lian (17, 18), where they could not be scattered with the momentum;
+    /// before that the stress update over the interval that led here, Lian (62, 63), if that is its place.
     pub(super) fn complete_forces(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
-        let strain_dt = self.method.schedule.strain_before(step.dt_before);
+        let strain_dt = self.method.schedule.strain_before(step.dt_previous);
         let parameters = self.method.parameters(step, strain_dt.unwrap_or(0.0), self.landing(step));
         let Self { grid, bodies, ghosts, walls, method, executor, .. } = self;
-        let visits = method.schedule.force(step.dt_before);
+        let visits = method.schedule.force(step.dt_previous);
         if visits.is_empty() {
             return Ok(());
         }

@@ -44,8 +44,8 @@ impl<const D: usize> Mpm<D> {
         Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
-    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; with them all that the schedule does in the same sweep: the stress
-    /// update and x_p, or the particles' new momentum at the nodes.
+    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; with them all that the schedule does in the same
+    /// sweep: the stress update and x_p, or the particles' new momentum at the nodes.
     pub(super) fn update_velocities(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
@@ -79,8 +79,8 @@ impl<const D: usize> Mpm<D> {
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
 
-    /// The stress update that follows the new velocities, with v⁺ or with the re-mapped velocity (theory A.8), where there is one and it
-    /// isn't done; then x_p += Δt ẋ_p.
+    /// The stress update that follows the new velocities, with v⁺ or with the re-mapped velocity (theory A.8), where
+    /// there is one and it isn't done; then x_p += Δt ẋ_p.
     pub(super) fn complete_stresses(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
@@ -100,7 +100,8 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// Maps the particles' new velocity to the nodes, ṽ (theory A.8), and finds the heat that they hand to the particles.
+    /// Maps the particles' new velocity to the nodes, ṽ (theory A.8), and finds the heat that they hand to the
+    /// particles.
     fn remap(&mut self, field: usize, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
@@ -124,7 +125,8 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// x_p += Δt ẋ_p where no sweep has moved the particles yet; sees that all are sound, and finds what the next step needs of them.
+    /// x_p += Δt ẋ_p where no sweep has moved the particles yet; sees that all are sound, and finds what the next step
+    /// needs of them.
     pub(super) fn finish_particles(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, ghosts, bodies, method, executor, filter_order, .. } = self;

@@ -4,17 +4,17 @@
 //! f_I = Σ_p V_p (p_p − p_a) ∇N_Ip,      de_p = −p_p dV_p
 //! ```
 //!
-//! By the divergence theorem −Σ V_p p_a ∇N_Ip is the pressure p_a on whatever bounds the gas, from outside: sheets, walls and free
-//! surfaces. As two loads p and p_a would cancel up to the noise of the sums over particles, which grows with p; the difference
-//! in one sum leaves a gas at p_a without any force. State, energy and speed of sound know p alone. Of the work p dV that a gas gives,
-//! the nodes then get (p − p_a) dV, and p_a dV is work on the atmosphere:
+//! By the divergence theorem −Σ V_p p_a ∇N_Ip is the pressure p_a on whatever bounds the gas, from outside: sheets,
+//! walls and free surfaces. As two loads p and p_a would cancel up to the noise of the sums over particles, which grows
+//! with p; the difference in one sum leaves a gas at p_a without any force. State, energy and speed of sound know p
+//! alone. Of the work p dV that a gas gives, the nodes then get (p − p_a) dV, and p_a dV is work on the atmosphere:
 //!
 //! ```text
 //! W_a = −Δ Σ_p p_a V_p                  booked as gained: work of the atmosphere on the gas
 //! ```
 //!
-//! It depends on the volumes that the particles stand for, and on nothing that happened in between: where `volumes` leads these
-//! to what the gas fills, the internal energy pays for it, so that e + p_a V stays.
+//! It depends on the volumes that the particles stand for, and on nothing that happened in between: where `volumes`
+//! leads these to what the gas fills, the internal energy pays for it, so that e + p_a V stays.
 
 use crate::error::Diagnostic;
 use crate::mpm::{Body, BodySetup};

@@ -4,15 +4,15 @@
 //! A q = Σ N_Ip q̃_I,      q̃_I = Σ V_p q_p N_Ip / Σ V_p N_Ip
 //! ```
 //!
-//! of volume ratios before the law is called (`update`), and of pressures before they make forces. The average of a field of
-//! particles is its own adjoint, Σ V p A q = Σ V q A p. The forces are therefore made of the averaged pressure
+//! of volume ratios before the law is called (`update`), and of pressures before they make forces. The average of a
+//! field of particles is its own adjoint, Σ V p A q = Σ V q A p. The forces are therefore made of the averaged pressure
 //!
 //! ```text
 //! p̃ = (1 − β) p + β A p        so that      Σ V_p p_p tr L̄_p = Σ V_p p̃_p tr L_p
 //! ```
 //!
 //! and do the work that the laws store. With p itself they don't: they push on volume changes that no stress sees,
-//! and a column of liquid under its own pressure gains energy from them without end.
+//! and a column of liquid under its pressure gains energy from them without end.
 
 use crate::mpm::grid::{GhostShares, Ghosts};
 use crate::mpm::transfer::Chunk;

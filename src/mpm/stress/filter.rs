@@ -7,8 +7,8 @@
 //! A = M⁻¹ Σ m_p N_Ip N_Jp,   w₁ = M⁻¹ Σ m_p N_Ip v_p,   w_{j+1} = w_j − A w_j,   v⁽ᵏ⁾ = Σ_{j=1..k} w_j
 //! ```
 //!
-//! With w₁ = v⁺, as in FMPM, the nodes would give once more what the particles had not taken of their increments; so it is an
-//! operator with eigenvalues in 0..=1, which never adds energy.
+//! With w₁ = v⁺, as in FMPM, the nodes would give once more what the particles had not taken of their increments; so it
+//! is an operator with eigenvalues in 0..=1, which never adds energy.
 //!
 //! Order 1 is PIC; higher orders keep more of what the grid can see. Corrections don't act along axes
 //! that a wall binds.
@@ -36,8 +36,8 @@ pub(in crate::mpm) struct Filter<'a, const D: usize> {
 }
 
 impl<const D: usize> Filter<'_, D> {
-    /// Replaces the velocities of the field's bodies by Σ N v⁽ᵏ⁾. Returns the heat [J] that it becomes in the bodies that keep
-    /// it, and the impulses of walls.
+    /// Replaces the velocities of the field's bodies by Σ N v⁽ᵏ⁾. Returns the heat [J] that it becomes in the bodies
+    /// that keep it, and the impulses of walls.
     pub fn apply(&self, bodies: &mut [&mut Body<D>]) -> (f64, Pushes<D>) {
         let &Self { walls, field, t, order, .. } = self;
         let Visitor { grid, ghosts, parameters, .. } = self.visitor;

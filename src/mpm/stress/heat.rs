@@ -1,23 +1,23 @@
 //! The dissipation of the transfer as heat of the particles that lost it (theory A.16).
 //!
-//! **FLIP.** Of the velocity v_I⁺ that forces f_I make on the grid, particles bring ṽ_I = Σ m_p N_Ip v_p/m_I back. With nodal
-//! accelerations a, lumped and consistent masses M_L and M, that dissipates
+//! **FLIP.** Of the velocity v_I⁺ that forces f_I make on the grid, particles bring ṽ_I = Σ m_p N_Ip v_p/m_I back. With
+//! nodal accelerations a, lumped and consistent masses M_L and M, that dissipates
 //!
 //! ```text
 //! D = Σ_I ½ Δt f_I·(v_I⁺ − ṽ_I) = ½ Δt² aᵀ(M_L − M) a
 //! ```
 //!
 //! A stress update with ṽ (`average`, `modified-last`) takes so much less from the internal energy for the work of the
-//! stresses: the part of D that their forces have is kept, as "stress update error" of the ledger, and gas that moves by
-//! itself loses nothing. Left is the part of the other forces, of contact and walls, which nodes hand on:
+//! stresses: the part of D that their forces have is kept, as "stress update error" of the ledger, and gas that moves
+//! by itself loses nothing. Left is the part of the other forces, of contact and walls, which nodes hand on:
 //!
 //! ```text
 //! h_I = ½ Δt (f_I − f_I^applied)·(v_I⁺ − ṽ_I),      q_p = m_p Σ N_Ip h_I/m_I,      Σ q_p = Σ h_I
 //! ```
 //!
-//! **The noise filter** of order k (`filter`) makes v − u_k of the velocities v, with u_0 = v, u_j = u_{j−1} − Σ N_Ip w_j.
-//! That is u_j = (1 − A) u_{j−1} with A, to the grid and back. With the masses A is its own adjoint, so that the energy
-//! Σ m_p (v·u_k − ½ |u_k|²) which the filter takes is, with h = ⌈k/2⌉, the sum of
+//! **The noise filter** of order k (`filter`) makes v − u_k of the velocities v, with u_0 = v, u_j = u_{j−1} − Σ N_Ip
+//! w_j. That is u_j = (1 − A) u_{j−1} with A, to the grid and back. With the masses A is its own adjoint, so that the
+//! energy Σ m_p (v·u_k − ½ |u_k|²) which the filter takes is, with h = ⌈k/2⌉, the sum of
 //!
 //! ```text
 //! q_p = m_p [ ½ |u_h|² + (k odd) (Σ N_Ip |w_h|² − |Σ N_Ip w_h|²) + Σ_{j=h+1..k} (Σ N_Ip |w_j|² − ½ |Σ N_Ip w_j|²) ]
@@ -81,8 +81,8 @@ pub(in crate::mpm) fn warm<const D: usize>(chunk: &mut Chunk<'_, D>) -> f64 {
     })
 }
 
-/// Takes Σ N w_j from the noise u_{j−1} of a chunk, for a filter of order `order`, and adds to the energies what becomes
-/// heat; returns its sum [J]. The scalar that was gathered is Σ N |w_j|².
+/// Takes Σ N w_j from the noise u_{j−1} of a chunk, for a filter of order `order`, and adds to the energies what
+/// becomes heat; returns its sum [J]. The scalar that was gathered is Σ N |w_j|².
 pub(in crate::mpm) fn warm_by_filter<const D: usize>(chunk: &mut Chunk<'_, D>, j: u32, order: u32) -> f64 {
     let (particles, rows) = (&mut chunk.particles, &chunk.rows);
     let mut sum = 0.0;

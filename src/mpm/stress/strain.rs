@@ -1,5 +1,6 @@
-//! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients with
-//! an averaged volume ratio (`update` has the equations). The same for one particle at a time: `mpm::transfer::plain`.
+//! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients
+//! with an averaged volume ratio (`update` has the equations). The same for one particle at a time:
+//! `mpm::transfer::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, Positions, Rows};
@@ -47,7 +48,8 @@ fn determinant<const D: usize>(rows: &Rows<D>, p: usize, dt: f64) -> f64 {
     }
 }
 
-/// Replaces the gradients of a chunk by those over the positions at the start, where x is (1 − Δt L) times x at the end:
+/// Replaces the gradients of a chunk by those over the positions at the start, where x is (1 − Δt L) times x at the
+/// end:
 /// L (1 − Δt L)⁻¹.
 pub(in crate::mpm) fn refer_to_start<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64) {
     widest(ReferToStart { rows: chunk.rows, count: chunk.particles.len(), dt });

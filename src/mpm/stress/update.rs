@@ -30,7 +30,8 @@ impl Task for AnyUnsound<'_> {
     }
 }
 
-/// Updates the stresses of a chunk over `dt` [s] in cells of size `cell` [m]; false if a particle was turned inside out.
+/// Updates the stresses of a chunk over `dt` [s] in cells of size `cell` [m]; false if a particle was turned inside
+/// out.
 pub(in crate::mpm) fn update_stress<const D: usize>(
     law: &dyn PointLaw,
     chunk: &mut Chunk<'_, D>,

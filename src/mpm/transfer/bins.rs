@@ -2,7 +2,8 @@
 //!
 //! Block b owns the positions [4b + w, 4b + 4 + w) in cells, where w is 0 for the linear kernel and ½ for the others.
 //! A particle may leave its block by the kernel's slack before the body must be sorted again. It is sorted sooner when
-//! so many particles have left their cells that reading the nodes of each run of particles anew has cost more than a sort.
+//! so many particles have left their cells that reading the nodes of each run of particles anew has cost more than a
+//! sort.
 
 use super::sort::{slowest_last, sort};
 use super::tile::{Extent, TILE};
@@ -92,7 +93,8 @@ impl<const D: usize> Bins<D> {
         Self { bins, slots: Vec::new(), extents, colours, disorder }
     }
 
-    /// Block coordinates, and first particle and one past the last, of each bin: with the disorder all that a checkpoint keeps.
+    /// Block coordinates, and first particle and one past the last, of each bin: with the disorder all that a
+    /// checkpoint keeps.
     pub fn to_columns(&self) -> (Vec<[i32; D]>, Vec<[u32; 2]>) {
         let range = |bin: &Bin<D>| [bin.range.start as u32, bin.range.end as u32];
         (self.bins.iter().map(|bin| bin.block).collect(), self.bins.iter().map(range).collect())

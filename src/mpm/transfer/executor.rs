@@ -90,7 +90,8 @@ pub(in crate::mpm) struct Visitor<'a, const D: usize> {
 }
 
 impl<const D: usize> Visitor<'_, D> {
-    /// Visits the particles of a body of `field`, one visit after the other; what they tell is added to the body's summary.
+    /// Visits the particles of a body of `field`, one visit after the other; what they tell is added to the body's
+    /// summary.
     ///
     /// # Errors
     /// When a particle's volume would become negative or is not a number.

@@ -90,7 +90,8 @@ impl Reduce for f64 {
     }
 }
 
-/// Fills the tile of a block, given its slots and extent: called once per block, so that the visits are compiled once for all that they may read.
+/// Fills the tile of a block, given its slots and extent: called once per block, so that the visits are compiled once
+/// for all that they may read.
 pub(crate) type FillTile<'a> = &'a (dyn Fn(&[u32], &Extent, &mut Tile) + Sync);
 
 /// Copies the nodes of a block to its tile; `node` sets what is read of each.
@@ -108,7 +109,8 @@ pub(crate) fn fill_tile<const D: usize>(
 }
 
 impl<const D: usize> Sweep<'_, D> {
-    /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's record:
+    /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's
+    /// record:
     /// a scalar, the velocity, the acceleration.
     pub fn gather<A: Reduce>(
         &self,

@@ -6,9 +6,9 @@
 //! Σ N_i N_j N_k R,   Σ K_i N_j N_k v,   Σ N_i K_j N_k v,   Σ N_i N_j K_k v
 //! ```
 //!
-//! of the records R and the velocities v in them, where K is h ∂N/∂x, Lian (62, 63), or N (x_I − x_p)/h (APIC), are formed row by
-//! row and plane by plane. The particles are the lanes, since they read the same numbers. A scatter ([`super::scatter_kernel`])
-//! is its adjoint.
+//! of the records R and the velocities v in them, where K is h ∂N/∂x, Lian (62, 63), or N (x_I − x_p)/h (APIC), are
+//! formed row by row and plane by plane. The particles are the lanes, since they read the same numbers. A scatter
+//! ([`super::scatter_kernel`]) is its adjoint.
 
 use super::tile::{TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, WIDTH};

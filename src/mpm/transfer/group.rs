@@ -3,7 +3,7 @@
 use crate::math::Vector;
 use crate::math::simd::{Lanes, WIDTH};
 
-/// Up to eight consecutive particles. Lanes beyond the last hold numbers of its neighbours, or its own.
+/// Up to eight consecutive particles. Lanes beyond the last hold numbers of neighbours, or of the same.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneGroup {
     first: usize,

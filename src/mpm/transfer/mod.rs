@@ -6,9 +6,9 @@
 //! relay     a gather, operations on the particles, and a scatter, in one sweep
 //! ```
 //!
-//! `visit` is the language of the schedule, `executor` runs it on a body, and two executors compute the sums: `plain` as
-//! plain loops, the specification; `tiles`, which runs use, fast: particles sorted by block (`bins`, `sort`), a private copy
-//! of the grid per block (`tile`), whole records at once (`scatter_kernel`, `gather_kernel`).
+//! `visit` is the language of the schedule, `executor` runs it on a body, and two executors compute the sums: `plain`
+//! as plain loops, the specification; `tiles`, which runs use, fast: particles sorted by block (`bins`, `sort`), a
+//! private copy of the grid per block (`tile`), whole records at once (`scatter_kernel`, `gather_kernel`).
 //!
 //! A scatter visits the blocks colour by colour (tiles of one colour are disjoint); a gather visits them in
 //! any order, since each particle belongs to one block. All give the same bits for any number of threads.

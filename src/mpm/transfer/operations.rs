@@ -1,4 +1,5 @@
-//! The operations of a visit, a chunk of particles at a time; `perform` of [`super::plain`] has the same for one particle.
+//! The operations of a visit, a chunk of particles at a time; `perform` of [`super::plain`] has the same for one
+//! particle.
 
 use super::gather::{Chunk, GatherFields};
 use super::visit::{MoveBy, Operation, Positions};

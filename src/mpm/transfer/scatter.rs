@@ -253,7 +253,8 @@ impl<S: ShapeFunction<W>, const W: usize, const D: usize> ScatterRecords<'_, '_,
     }
 }
 
-/// Turns two times four numbers of eight particles into pairs of particles, four lanes each; zero beyond the first `count`.
+/// Turns two times four numbers of eight particles into pairs of particles, four lanes each; zero beyond the first
+/// `count`.
 #[inline(always)]
 fn pairs<L: Lanes>(a: [L; 4], b: [L; 4], count: usize) -> [[L; WIDTH / 2]; 2] {
     let zero = L::splat(0.0);

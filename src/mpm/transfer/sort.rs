@@ -61,8 +61,8 @@ fn count<const D: usize>(part: &[CellInBlock<D>], slots: &HashMap<[i32; D], usiz
     counts
 }
 
-/// Turns the counts of the parts into the first place of each cell's particles: after those of all cells before it, and of
-/// all parts before this one.
+/// Turns the counts of the parts into the first place of each cell's particles: after those of all cells before it, and
+/// of all parts before this one.
 fn place_after(counts: &mut [Vec<u32>]) {
     let mut sum = 0;
     for cell in 0..counts.first().map_or(0, Vec::len) {

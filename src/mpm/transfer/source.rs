@@ -157,7 +157,8 @@ impl<'a, const D: usize> ScatterSource<'a, D> {
         value
     }
 
-    /// Values of particles in four lanes, momentum (m, m v), Lian (60, 61), or the force of a pressure (0, V p/h), Lian (17).
+    /// Values of particles in four lanes, momentum (m, m v), Lian (60, 61), or the force of a pressure (0, V p/h),
+    /// Lian (17).
     #[inline(always)]
     pub fn product<L: Lanes>(&self, group: LaneGroup, per_cell: f64) -> [L; 4] {
         if !self.pushes() {

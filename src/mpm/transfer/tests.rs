@@ -261,8 +261,9 @@ fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
     }
 }
 
-/// A particle alone, wherever it is between walls that extrapolate, in their corners too: the nodes get its momentum, and no more kinetic
-/// energy than it has with its affine velocity; and from nodes that move anyhow it gets no more than they have.
+/// A particle alone, wherever it is between walls that extrapolate, in their corners too: the nodes get its momentum,
+/// and no more kinetic energy than it has with its affine velocity; and from nodes that move anyhow it gets no more
+/// than they have.
 #[test]
 fn a_particle_alone_exchanges_no_more_energy_than_there_is() {
     for kind in [KernelKind::Quadratic, KernelKind::Cubic] {

@@ -1,4 +1,5 @@
-//! The visits over sorted particles, block by block: what a run uses. [`super::plain`] is their specification, one particle at a time.
+//! The visits over sorted particles, block by block: what a run uses. [`super::plain`] is their specification, one
+//! particle at a time.
 
 use super::Sweep;
 use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};

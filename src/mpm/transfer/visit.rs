@@ -69,7 +69,8 @@ pub(in crate::mpm) enum Operation {
     AverageVolumeRatio,
     /// σ_p, p_p and e_p by the law (theory A.8).
     Stress,
-    /// p̃ − p, the difference between the averaged pressure, which makes forces, and the particle's own (theory A.10).
+    /// p̃ − p, the difference between the averaged pressure, which makes forces, and that of the particle
+    /// (theory A.10).
     AveragePressure,
     /// x_p ← x_p + Δt ẋ_p, Lian (19), and the sums of the ledger.
     Land(MoveBy),

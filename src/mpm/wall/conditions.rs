@@ -1,4 +1,5 @@
-//! Nodes and points of surfaces where walls and obstacles act, found anew when the active blocks or an obstacle have changed.
+//! Nodes and points of surfaces where walls and obstacles act, found anew when the active blocks or an obstacle have
+//! changed.
 
 use super::surface::{SurfaceFoot, SurfacePoint};
 use super::{Walls, constrain, gap};
@@ -10,7 +11,8 @@ use crate::parallel::{self, CHUNK};
 /// Distance from the surface of an obstacle of the nodes whose feet are points where it binds [cells].
 const BAND: f64 = 0.5;
 
-/// Rounding error of distances from it [cells]: nodes on the surface of a box must count although −0.3 + 6 · 0.05 is not exactly 0.
+/// Rounding error of distances from it [cells]: nodes on the surface of a box must count although −0.3 + 6 · 0.05 is
+/// not exactly 0.
 const ROUNDING: f64 = 1e-6;
 
 /// Distance from an obstacle of blocks of the grid that may hold particles near it [cells].
@@ -97,8 +99,8 @@ mod tests {
     use crate::mpm::contact::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
-    /// There is one point per node along a surface, also where a node lies on it (−0.3 + 6 · 0.05 is rounded to 6 · 10⁻¹⁷), and where it is
-    /// halfway between two nodes.
+    /// There is one point per node along a surface, also where a node lies on it (−0.3 + 6 · 0.05 is rounded to
+    /// 6 · 10⁻¹⁷), and where it is halfway between two nodes.
     #[test]
     fn obstacles_bind_at_one_point_per_node_along_their_surface() {
         for top in [0.0, 0.01, 0.025, 0.04] {

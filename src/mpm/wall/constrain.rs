@@ -1,5 +1,5 @@
-//! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so that
-//! parts of them have nodes of their own.
+//! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so
+//! that parts of them have nodes of their own.
 
 use super::gap::Bodies;
 use super::{NodeCondition, Pushes, Reaction, Walls};
@@ -57,8 +57,8 @@ impl<const D: usize> Walls<D> {
         map_parts(self.ranges.iter().zip(values), |(part, values)| run(part, part.nodes.start, values))
     }
 
-    /// Finds the points at which bodies of a field may touch surfaces of obstacles; applies the binding conditions on p⁻ (Lian, Liu & Zhang 2014,
-    /// section 6, 2 b; theory E.1).
+    /// Finds the points at which bodies of a field may touch surfaces of obstacles; applies the binding conditions on
+    /// p⁻ (Lian, Liu & Zhang 2014, section 6, 2 b; theory E.1).
     pub(in crate::mpm) fn constrain_start(
         &mut self,
         grid: &Grid<D>,
@@ -89,8 +89,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory E.1, E.4): the paper's
-    /// step 2 e, and once more after contact.
+    /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory E.1, E.4): the
+    /// paper's step 2 e, and once more after contact.
     pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &LeapfrogStep) {
         self.constrain_nodes(grid, field, nodes, step);
         self.bind_lasting_contacts(field, nodes, step);
@@ -166,11 +166,12 @@ impl<const D: usize> Walls<D> {
         [bound, (kind.constrain(trial / node.mass, wall, normal) * node.mass - trial) / dt]
     }
 
-    /// Applies the conditions that acted on a field's momentum to velocities at time `t` [s]. Returns their impulses on particles that
-    /// take these velocities; velocities that only strain particles have none.
+    /// Applies the conditions that acted on a field's momentum to velocities at time `t` [s]. Returns their impulses on
+    /// particles that take these velocities; velocities that only strain particles have none.
     ///
-    /// Where a contact acted in this step, the velocity along its normal is that of the wall, whatever its sign: if only velocities into
-    /// the wall were removed, the noise about zero would keep its other half, and a body at rest would be strained without end.
+    /// Where a contact acted in this step, the velocity along its normal is that of the wall, whatever its sign: if
+    /// only velocities into the wall were removed, the noise about zero would keep its other half, and a body at rest
+    /// would be strained without end.
     pub fn constrain_velocity(
         &self,
         grid: &Grid<D>,

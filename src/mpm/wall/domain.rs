@@ -1,9 +1,10 @@
 //! Walls of the domain: how the grid ends there, field by field.
 //!
-//! Walls lie on nodes, and most of them are the end of the grid: ghosts beyond follow the domain (`ghost`), conditions act at the nodes of the wall.
-//! That suits materials that fill the cells up to the wall, and walls that always bind. A solid that comes to a wall and leaves it again
-//! has gaps there of any width, corners and rounded edges: shape functions that are folded back interact with the wall one and a half cells
-//! ahead, and the body would rest or roll up to a cell above it. Such walls are surfaces like those of obstacles, in a grid that goes on beyond them:
+//! Walls lie on nodes, and most of them are the end of the grid: ghosts beyond follow the domain (`ghost`), conditions
+//! act at the nodes of the wall. That suits materials that fill the cells up to the wall, and walls that always bind. A
+//! solid that comes to a wall and leaves it again has gaps there of any width, corners and rounded edges: shape
+//! functions that are folded back interact with the wall one and a half cells ahead, and the body would rest or roll up
+//! to a cell above it. Such walls are surfaces like those of obstacles, in a grid that goes on beyond them:
 //!
 //! ```text
 //! mirror        slip, at rest along its normal
@@ -18,7 +19,8 @@ use crate::mpm::grid::Fold;
 use crate::mpm::particles::Body;
 
 impl WallKind {
-    /// The rule for the ghosts beyond a wall of this kind that moves with `speed` along its normal: slip walls at rest are exact mirrors.
+    /// The rule for the ghosts beyond a wall of this kind that moves with `speed` along its normal: slip walls at rest
+    /// are exact mirrors.
     pub(in crate::mpm) fn fold(self, speed: &Signal) -> Fold {
         if self == Self::Slip && speed.is_zero() { Fold::Mirror } else { Fold::Extrapolate }
     }
@@ -85,7 +87,8 @@ impl<const D: usize> Walls<D> {
         })
     }
 
-    /// Distance of `x` [m] from the nearest obstacle or wall that some field meets at its surface, negative beyond it; infinite without any.
+    /// Distance of `x` [m] from the nearest obstacle or wall that some field meets at its surface, negative beyond it;
+    /// infinite without any.
     pub(super) fn clearance_of_surfaces(&self, x: Vector<D>) -> f64 {
         let walls = (0..2 * D).filter(|&side| self.continues_somewhere(side)).map(|side| self.distance(side, x));
         walls.fold(self.clearance_of_obstacles(x), f64::min)

@@ -1,7 +1,7 @@
 //! Gaps between bodies and the walls and obstacles that they may leave (theory E.3).
 //!
 //! ```text
-//! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle
+//! g_I = min_p [ d(x_p) − r_p(n) ]         over the particles that show the surface next to the node along the obstacle
 //! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0
 //! ```
 //!
@@ -33,7 +33,8 @@ pub(super) struct GapConditions {
 const NONE: u32 = u32::MAX;
 
 impl GapConditions {
-    /// The gaps at conditions in the order of their nodes; `has_gap` is true for those that act only where a gap closes.
+    /// The gaps at conditions in the order of their nodes; `has_gap` is true for those that act only where a gap
+    /// closes.
     pub fn new<const D: usize>(
         grid: &Grid<D>,
         conditions: &[NodeCondition<D>],

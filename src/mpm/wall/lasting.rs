@@ -1,15 +1,16 @@
 //! Contacts that last from one step to the next.
 //!
-//! A wall that a body may leave stops what runs into it: the velocity v⁻ of a node whose gap closes is lost, ½ m (v⁻·ν)². A contact that
-//! held through the step before binds p⁻ as a slip wall does, while p̄ goes into the wall:
+//! A wall that a body may leave stops what runs into it: the velocity v⁻ of a node whose gap closes is lost, ½ m
+//! (v⁻·ν)². A contact that held through the step before binds p⁻ as a slip wall does, while p̄ goes into the wall:
 //!
 //! ```text
 //! held and (p̄ − m v_w)·ν < 0:   p⁻ ← p⁻ − ((p⁻ − m v_w)·ν) ν,   p̄ likewise;   v⁻ that strains, too
 //! ```
 //!
-//! The motion of particles above the wall relative to it shows at its nodes, but is no approach of the body. If it is stopped anew in every
-//! step, the particles lose their momentum, and the wall's force f does the work Δt f·½v⁻ on nodes that don't move: it takes energy from bodies
-//! that it compresses, and gives more to those that rebound, since Δt a of the nodes above always points away from it.
+//! The motion of particles above the wall relative to it shows at its nodes, but is no approach of the body. If it is
+//! stopped anew in every step, the particles lose their momentum, and the wall's force f does the work Δt f·½v⁻ on
+//! nodes that don't move: it takes energy from bodies that it compresses, and gives more to those that rebound, since
+//! Δt a of the nodes above always points away from it.
 
 use super::{NodeCondition, Walls};
 use crate::math::Vector;
@@ -60,8 +61,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the start of a step that
-    /// strain the particles.
+    /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the
+    /// start of a step that strain the particles.
     pub fn bind_lasting_velocities(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
         self.bind_lasting_velocity(field, velocity, t);
         let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);

@@ -10,14 +10,16 @@
 //! friction   as separate, and the relative tangential velocity shrinks by min(1, μ|Δv_n|/|v_t|)
 //! ```
 //!
-//! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, and on p⁻ where they held in the
-//! step before (`lasting`). Every change of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
-//! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
+//! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, and on p⁻ where
+//! they held in the step before (`lasting`). Every change of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of
+//! these forces are the reactions. A mirror carries further force in the ghosts beyond it (their normal parts change
+//! sign when folded).
 //!
-//! Walls of the domain lie on nodes and act there, but for solids that may leave them (`domain`). Obstacles lie anywhere, and act at points of
-//! their surface (`surface`); nodes deeper in them than half a support have conditions too. `conditions` lists both, `kind` is the table above,
-//! `constrain` applies it to nodes, `gap` measures gaps, `lasting` follows contacts that last. `reaction` and `pushes` sum what walls do, `solid` is
-//! the rigid surface for contact of membranes. At the end of a step no particle is within an obstacle (`position_correction`).
+//! Walls of the domain lie on nodes and act there, but for solids that may leave them (`domain`). Obstacles lie
+//! anywhere, and act at points of their surface (`surface`); nodes deeper in them than half a support have conditions
+//! too. `conditions` lists both, `kind` is the table above, `constrain` applies it to nodes, `gap` measures gaps,
+//! `lasting` follows contacts that last. `reaction` and `pushes` sum what walls do, `solid` is the rigid surface for
+//! contact of membranes. At the end of a step no particle is within an obstacle (`position_correction`).
 
 mod conditions;
 mod constrain;
@@ -146,7 +148,8 @@ impl<const D: usize> Walls<D> {
         slope.normalized().unwrap_or(Vector::unit(D - 1))
     }
 
-    /// True if the displacement `by` [m] leads from `x` [m] to less than `margin` [m] from a wall or an obstacle, and nearer to it.
+    /// True if the displacement `by` [m] leads from `x` [m] to less than `margin` [m] from a wall or an obstacle, and
+    /// nearer to it.
     pub fn obstruct(&self, x: Vector<D>, by: Vector<D>, margin: f64) -> bool {
         (0..self.boundaries.len()).any(|boundary| {
             let distance = self.distance(boundary, x + by);

@@ -1,14 +1,14 @@
-//! Positions of particles within obstacles, or beyond walls with contact at the surface, are corrected at the end of a step, after both
-//! have moved (theory E.8).
+//! Positions of particles within obstacles, or beyond walls with contact at the surface, are corrected at the end of a
+//! step, after both have moved (theory E.8).
 //!
 //! ```text
-//! d(x_p) ≥ r_min:   else   x_p ← x_p + (r_min − d) ν          d, ν: exact distance and normal of the obstacle; r_min: half the reach of
+//! d(x_p) ≥ r_min:   else   x_p ← x_p + (r_min − d) ν   d, ν: exact distance and normal of the obstacle; r_min: half the reach of
 //! the body there
 //! ```
 //!
-//! Conditions stop velocities at points of the surface, not the positions of particles: under pressure these creep in between, as they do at
-//! sheets (`contact::sheet::guard`). Neither momentum nor energy changes; the work that the forces would have done along the displacement is
-//! booked (`shifting`).
+//! Conditions stop velocities at points of the surface, not the positions of particles: under pressure these creep in
+//! between, as they do at sheets (`contact::sheet::guard`). Neither momentum nor energy changes; the work that the
+//! forces would have done along the displacement is booked (`shifting`).
 //!
 //! A body that starts within an obstacle, clamped by it, say, is not corrected.
 
@@ -49,7 +49,8 @@ impl<const D: usize> Walls<D> {
         self.overlaps.iter().any(|overlap| overlap[1] as usize == boundary)
     }
 
-    /// The displacements of particles out of the obstacles at the end of a step: number of the body, particle, displacement [m].
+    /// The displacements of particles out of the obstacles at the end of a step: number of the body, particle,
+    /// displacement [m].
     pub(in crate::mpm) fn position_corrections(
         &self,
         cell: f64,

@@ -1,14 +1,14 @@
 //! Impulses of walls on the velocities of the noise filter (`filter`; theory E.9).
 //!
-//! With masses m_I, changes Δw_jI by conditions, and ghosts g of mass m_g and momentum p_g beyond mirrors of normal ν, a
-//! filter of order k hands the particles the impulse
+//! With masses m_I, changes Δw_jI by conditions, and ghosts g of mass m_g and momentum p_g beyond mirrors of normal ν,
+//! a filter of order k hands the particles the impulse
 //!
 //! ```text
 //! J = s(v_p) − Σ_{j<k} s(Σ N w_j) + Σ_{j≤k} Σ_I m_I Δw_jI + Σ_g 2 m_g (w_kg·ν) ν,      s(v) = −Σ_g 2 (p_g·ν) ν
 //! ```
 //!
-//! since w_{j+1} removes from w_j the part that the particles would bring back: of the sum of all w_j the changes by conditions and
-//! mirrors remain.
+//! since w_{j+1} removes from w_j the part that the particles would bring back: of the sum of all w_j the changes by
+//! conditions and mirrors remain.
 
 use super::{WallWork, Walls};
 use crate::math::Vector;

@@ -53,7 +53,8 @@ impl<const D: usize> Walls<D> {
         &self.boundaries[boundary].name
     }
 
-    /// Distance of `x` [m] from a wall, or from an obstacle where it was at the start of the run, negative beyond its surface.
+    /// Distance of `x` [m] from a wall, or from an obstacle where it was at the start of the run, negative beyond its
+    /// surface.
     pub fn distance_at_the_start(&self, boundary: usize, x: Vector<D>) -> f64 {
         let obstacle = boundary.checked_sub(2 * D);
         obstacle.map_or_else(|| self.distance(boundary, x), |obstacle| self.regions[obstacle].signed_distance(x.to3()))

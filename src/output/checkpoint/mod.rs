@@ -13,7 +13,7 @@
 //! block at 00000000000000000448 stored 00018023 raw 00024000 crc 0f1e2d3c
 //! ```
 //!
-//! The header's checksum covers the header, each block has its own, and what lies between blocks is zero:
+//! The header's checksum covers the header, each block has one, and what lies between blocks is zero:
 //! so a changed, missing or added byte anywhere is recognised, and the older generation is used.
 
 mod header;
@@ -28,8 +28,8 @@ use read::{Reader, Trouble};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Version of the file format and of the columns of the methods. Columns with other names, kinds or sizes are recognised; one that means
-/// something else than before needs another number.
+/// Version of the file format and of the columns of the methods. Columns with other names, kinds or sizes are
+/// recognised; one that means something else than before needs another number.
 const FORMAT: u32 = 6;
 /// Version of the program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -103,7 +103,8 @@ impl<R: Read + Seek> Reader<R> {
         Ok(())
     }
 
-    /// Checks that its columns are those of the model and of its size, and that they fit into the memory, by what the header says.
+    /// Checks that its columns are those of the model and of its size, and that they fit into the memory, by what the
+    /// header says.
     pub fn check_model(&self, columns: &mut Columns<'_>) -> Result<(), Trouble> {
         let mut entries = BTreeMap::new();
         for entry in &self.header.columns {
@@ -152,7 +153,8 @@ impl<R: Read + Seek> Reader<R> {
         Ok(())
     }
 
-    /// Replaces the contents of all columns, which are those that the file has; an output that it doesn't know begins anew.
+    /// Replaces the contents of all columns, which are those that the file has; an output that it doesn't know begins
+    /// anew.
     pub fn restore(&mut self, columns: &mut Columns<'_>) -> Result<(), Trouble> {
         let mut entries: BTreeMap<String, ColumnEntry> =
             self.header.columns.iter().map(|entry| (entry.name.clone(), entry.clone())).collect();

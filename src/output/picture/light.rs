@@ -122,7 +122,8 @@ impl Shade {
     }
 }
 
-/// [`to_linear`] and [`srgb`] in tables: powers of every channel of every pixel would take most of the time of a picture.
+/// [`to_linear`] and [`srgb`] in tables: powers of every channel of every pixel would take most of the time of a
+/// picture.
 struct Tones {
     /// Linear intensity of each sRGB value.
     linear: [f32; 256],

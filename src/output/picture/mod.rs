@@ -55,7 +55,8 @@ pub trait PictureObstacle: Send + Sync {
     fn displacement(&self, t: f64) -> [f64; 3];
 }
 
-/// An obstacle, and what was seen of it last, with how far it had moved then [m]: most obstacles rest, and lines of sight take long.
+/// An obstacle, and what was seen of it last, with how far it had moved then [m]: most obstacles rest, and lines of
+/// sight take long.
 struct DrawnObstacle {
     solid: Box<dyn PictureObstacle>,
     seen: Mutex<Option<([f64; 3], Outlook)>>,
@@ -184,8 +185,8 @@ impl Picture {
         buffer
     }
 
-    /// The unit of the time fits the interval, so that it stays the same over a run; so do the digits, but at an end that
-    /// is no whole number of intervals.
+    /// The unit of the time fits the interval, so that it stays the same over a run; so do the digits, but at an end
+    /// that is no whole number of intervals.
     fn time_label(&self, time: f64) -> String {
         let shown = Shown::new(time.abs().max(10.0 * self.interval), self.units.unit("s"));
         let count = time / self.interval;

@@ -89,7 +89,8 @@ impl Buffer {
         });
     }
 
-    /// Draws shapes that let the light through, over everything that is there already; `lit` gives the colour seen at a pixel.
+    /// Draws shapes that let the light through, over everything that is there already; `lit` gives the colour seen at a
+    /// pixel.
     pub fn draw_veil(
         &mut self,
         mut shapes: Vec<Primitive>,

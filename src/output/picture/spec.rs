@@ -21,7 +21,7 @@ pub struct PictureSpec {
     #[serde(default)]
     #[schemars(extend("minItems" = 1))]
     pub of: Vec<String>,
-    /// The quantity that gives the colour; default: each body has a colour of its own.
+    /// The quantity that gives the colour; default: each body has another colour.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
     /// The component of the quantity; default: its magnitude, or the value itself of a scalar.
@@ -33,7 +33,7 @@ pub struct PictureSpec {
     /// Colour map of values.
     #[serde(default)]
     pub map: ColourMap,
-    /// Parts that keep a colour of their own although they have the field.
+    /// Parts that keep their colour although they have the field.
     #[serde(default)]
     pub plain: Vec<String>,
     /// From where one looks: a direction from the model to the eye; default: from above in 2D.

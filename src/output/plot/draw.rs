@@ -19,7 +19,7 @@ const GRID: Rgb = [0xe4, 0xe4, 0xe4];
 const AXIS: Rgb = [0x88, 0x88, 0x88];
 const CURVE: f64 = 1.8;
 const SWATCH: f64 = 24.0;
-/// Colours of references: dark, so that curves over them keep their own.
+/// Colours of references: dark, so that curves over them keep theirs.
 const REFERENCE: [Rgb; 3] = [[0x44; 3], [0x99, 0x55, 0x22], [0x33, 0x66, 0x77]];
 
 /// Draws the whole plot.
@@ -42,7 +42,7 @@ fn text(text: &str, at: [f64; 2], colour: Rgb) -> Text<'_> {
     Text { text, at, size: FONT, colour, weight: Weight::Regular, align: Align::Left }
 }
 
-/// Curves take colours from the palette in turn; references and bands have their own.
+/// Curves take colours from the palette in turn; references and bands have others.
 fn colours(series: &[PlotSeries]) -> Vec<Rgb> {
     let (mut curves, mut references) = (PALETTE.iter().cycle(), REFERENCE.iter().cycle());
     let mut next = |data: &Data| match data {

@@ -1,7 +1,7 @@
 //! Periodic references, moved in time to the phase of a run.
 //!
-//! Phases of an oscillation that sets in by itself are arbitrary. A reference that rises through its middle at t_r is shown
-//! later by t − t_r, with the last time t at which the run rises through the middle of its last oscillation.
+//! Phases of an oscillation that sets in by itself are arbitrary. A reference that rises through its middle at t_r is
+//! shown later by t − t_r, with the last time t at which the run rises through the middle of its last oscillation.
 
 use super::run::CurveShape;
 
@@ -17,8 +17,8 @@ pub struct PhaseReference {
 }
 
 impl PhaseReference {
-    /// Time by which the reference is moved for `run` to be in phase with it at its end [s]; `None` if either doesn't rise through its
-    /// middle.
+    /// Time by which the reference is moved for `run` to be in phase with it at its end [s]; `None` if either doesn't
+    /// rise through its middle.
     pub fn shift(&self, run: &[[f64; 2]]) -> Option<f64> {
         let length = self.signal.last()?[0] - self.signal.first()?[0];
         let end = run.last()?[0];
@@ -70,8 +70,8 @@ mod tests {
         (0..count).map(at).collect()
     }
 
-    /// A run that has risen last at 1.83 s, beside a reference that rises at 0.05 and 0.25 s; that the run has swung farther before
-    /// doesn't matter.
+    /// A run that has risen last at 1.83 s, beside a reference that rises at 0.05 and 0.25 s; that the run has swung
+    /// farther before doesn't matter.
     #[test]
     fn a_reference_is_moved_by_the_difference_of_phases() {
         let phase = PhaseReference { history: "tip".into(), column: "y".into(), signal: swing(150, 0.05, 1.0) };

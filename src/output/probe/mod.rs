@@ -228,7 +228,7 @@ fn value_columns<'q>(spec: &ProbeSpec, quantity: &SetQuantity<'q>, dimension: us
     }
 }
 
-/// An element's part of the volume that a membrane encloses has no meaning of its own.
+/// An element's part of the volume that a membrane encloses means nothing alone.
 fn check_whole(spec: &ProbeSpec, key: &str, set: Set<'_>) -> Result<(), Diagnostic> {
     let whole = spec.reduction() == Some(Reduction::Sum) && spec.within.is_none() && spec.weight.is_none();
     if whole || spec.quantity != "volume" || !matches!(set, Set::Surface(_)) {

@@ -17,8 +17,8 @@ pub struct ProbeSpec {
     /// `position`, `displacement`, or a field such as `velocity` or `pressure`.
     #[serde(default = "position")]
     pub quantity: String,
-    /// A place in the state at the start: follow the particle that is nearest to it, or the point of a membrane or mesh there, with
-    /// fields of nodes interpolated in its element.
+    /// A place in the state at the start: follow the particle that is nearest to it, or the point of a membrane or mesh
+    /// there, with fields of nodes interpolated in its element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub at: Option<Vec<f64>>,
@@ -28,7 +28,8 @@ pub struct ProbeSpec {
     /// One component of the quantity; default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub component: Option<Component>,
-    /// A scalar field of the same set to weight `mean`, `sum`, `mean-radius` and `center-of-mass` with, for example `mass`; default:
+    /// A scalar field of the same set to weight `mean`, `sum`, `mean-radius` and `center-of-mass` with, for example
+    /// `mass`; default:
     /// the field `mass` for centres where there is one; else all count the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weight: Option<String>,
@@ -44,8 +45,8 @@ pub struct ProbeSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub cell: Option<f64>,
-    /// Integrate over time between these two times, by every step: the impulse of a pressure or force, which doesn't depend on the
-    /// height that a step gives to a peak.
+    /// Integrate over time between these two times, by every step: the impulse of a pressure or force, which doesn't
+    /// depend on the height that a step gives to a peak.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "s"))]
     pub impulse: Option<[f64; 2]>,

@@ -59,7 +59,8 @@ pub fn write_surface(
     atomic::write(path, |out| write_file(out, "UnstructuredGrid", &piece, &sections, time))
 }
 
-/// Writes the surface of a solid as a `.vtp` file: nodes, lines of two nodes and polygons of more, fields of the nodes, and the time.
+/// Writes the surface of a solid as a `.vtp` file: nodes, lines of two nodes and polygons of more, fields of the nodes,
+/// and the time.
 ///
 /// # Errors
 /// Input/output errors; an older file at `path` is still there then.

@@ -1,20 +1,21 @@
-//! Elements that an interface cuts: sub-simplices, the enriched pressure, its condensation and recovery (theory G.7, G.8).
+//! Elements that an interface cuts: sub-simplices, the enriched pressure, its condensation and recovery (theory G.7,
+//! G.8).
 //!
 //! The interface is where the linear interpolant of the nodal level set φ vanishes. Each side is made of simplices
 //! whose corners are nodes or edge points, kept in barycentric coordinates:
 //!
 //! ```text
 //! P_ij = (φ_j x_i − φ_i x_j)/(φ_j − φ_i)
-//! kink   F   = ½ (Σ|φ_i| N_i − |Σφ_i N_i|),   ∇F on side s = Σ_{i not on s} |φ_i| g_i        continuous, kinked
-//! jump   F_k = N_k on the side where node k is not, 0 on its own                             a jump and a kink
+//! kink   F   = ½ (Σ|φ_i| N_i − |Σφ_i N_i|),   ∇F on side s = Σ_{i not on s} |φ_i| g_i    continuous, kinked
+//! jump   F_k = N_k on the side where node k is not, 0 on that of k                       a jump and a kink
 //!
 //! ⎡K_ss  K_se⎤ ⎧x⎫   ⎧f_s⎫      K_se = (−Σ_s V_s F(c_s) g_j; −τ Σ_s V_s/ρ_s g_j·∇F_s)
 //! ⎣K_es  K_ee⎦ ⎩q⎭ = ⎩f_e⎭      K_ee = −τ Σ_s V_s/ρ_s ∇F_s·∇F_s,   f_e = −τ Σ_s V_s ∇F_s·s
 //!
-//! K̂ = K_ss − K_se K_ee⁻¹ K_es,  f̂ = f_s − K_se K_ee⁻¹ f_e,  q = K_ee⁻¹ (f_e − K_es x)       Becker (29)–(33), theory (G.17)
+//! K̂ = K_ss − K_se K_ee⁻¹ K_es,  f̂ = f_s − K_se K_ee⁻¹ f_e,  q = K_ee⁻¹ (f_e − K_es x)   Becker (29)–(33), theory (G.17)
 //! ```
 //!
-//! All functions vanish at the nodes, so the nodal unknowns keep their meaning, and each side has its own pressure
+//! All functions vanish at the nodes, so the nodal unknowns keep their meaning, and each side has a pressure
 //! gradient: two fluids at rest stay at rest wherever the interface cuts.
 
 use super::sub_simplices::{self, SubSimplex, split};

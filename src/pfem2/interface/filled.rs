@@ -1,7 +1,9 @@
-//! The region that a fluid fills on the mesh, in pieces: whole elements, and of cut ones the simplices of its side (theory G.7).
+//! The region that a fluid fills on the mesh, in pieces: whole elements, and of cut ones the simplices of its side
+//! (theory G.7).
 //!
-//! Velocities are linear on a piece, so that sums over pieces of volume times the value at the centre are exact integrals. A box
-//! cuts the pieces again, side by side. Of an element of more than two fluids each has its share everywhere.
+//! Velocities are linear on a piece, so that sums over pieces of volume times the value at the centre are exact
+//! integrals. A box cuts the pieces again, side by side. Of an element of more than two fluids each has its share
+//! everywhere.
 
 use super::phases::Filling;
 use super::{at_corners, inner, negative_side, share};

@@ -2,16 +2,16 @@
 //!
 //! ```text
 //! tracking          fractions and level set at the nodes during a run                  theory G.2, G.11
-//! level_set         φ at the nodes, negative in one of two fluids                       Becker (37), theory G.2–G.6
+//! level_set         φ at the nodes, negative in one of two fluids                    Becker (37), theory G.2–G.6
 //! phase_list        the phases by role and density
-//! phases            the fluid of a node, of an element, of a cut element's sides        theory G.1
+//! phases            the fluid of a node, of an element, of a cut element's sides     theory G.1
 //! volumes           the volume of each fluid, kept by shifts of φ or weights of shares  theory G.6
-//! share_weights     these weights                                                       theory (G.8)
+//! share_weights     these weights                                                    theory (G.8)
 //! fluid_region      the part of the mesh that solids leave to the fluids             theory G.14
-//! inflow            the fluid that open boundaries bring                                theory F.10, G.4
-//! cut, enriched     cut elements: their content, and the enriched pressure              Becker (29)–(33), theory G.7, G.8
-//! sub_simplices     the sides of a cut element as simplices                             theory G.7
-//! surface_tension   forces of surface tension on the nodes                              theory G.10
+//! inflow            the fluid that open boundaries bring                             theory F.10, G.4
+//! cut, enriched     cut elements: their content, and the enriched pressure           Becker (29)–(33), theory G.7, G.8
+//! sub_simplices     the sides of a cut element as simplices                          theory G.7
+//! surface_tension   forces of surface tension on the nodes                           theory G.10
 //! outline, filled   interfaces as surfaces and fluids as volumes, for outputs
 //! ```
 

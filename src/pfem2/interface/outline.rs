@@ -1,4 +1,4 @@
-//! The interfaces between fluids as a surface of its own, so that probes, pictures and files can show where they are:
+//! The interfaces between fluids as a surface, so that probes, pictures and files can show where they are:
 //! the segments (2D) or triangles (3D) in which the level set vanishes.
 
 use super::phases::Phases;

@@ -1,13 +1,14 @@
 //! The fluids that fill an element: one, two with an interface between them, or a mixture of more.
 //!
 //! ```text
-//! one fluid at all nodes       the element is full of it
-//! two fluids a, b              cut where φ = 0: the level set of the projection if there are only two fluids in all,
-//!                              else φ_i = (f_b − f_a)/(f_a + f_b) of the nodal fractions (Becker (37) of the pair, theory (G.1))
-//! more than two                not split: mass from the nodal fractions, viscosity and ∫dV/ρ from their means
+//! one fluid at all nodes   the element is full of it
+//! two fluids a, b          cut where φ = 0: the level set of the projection if there are only two fluids in all,
+//!                          else φ_i = (f_b − f_a)/(f_a + f_b) of the nodal fractions (Becker (37) of the pair, theory (G.1))
+//! more than two            not split: mass from the nodal fractions, viscosity and ∫dV/ρ from their means
 //! ```
 //!
-//! The fluid of a node is the one with the largest fraction; of equal ones the first in the order of [`PhaseList`], the heaviest.
+//! The fluid of a node is the one with the largest fraction; of equal ones the first in the order of [`PhaseList`], the
+//! heaviest.
 
 use super::phase_list::PhaseList;
 use super::{CutGeometry, FluidRegion, Medium, is_cut};

@@ -4,11 +4,12 @@
 //! f_k ← w_k f_k / Σ_j w_j f_j,      V_k(w) = V_k at the start,      ∂V_k/∂ln w_j = ∂V_j/∂ln w_k
 //! ```
 //!
-//! V_k is what elements hold of a fluid, cut or mixed as [`Phases`] find them. A weight moves the places where shares are
-//! equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed weight of the largest fluid the
-//! derivatives are a symmetric matrix of positive eigenvalues, and Newton steps, halved where they don't help, find the weights. The
-//! largest fluid takes what others can't have: a fluid that began or has become too small for a node of its own. Where an element begins
-//! to hold a third fluid, V jumps by a part of it: what is missing then is in the history.
+//! V_k is what elements hold of a fluid, cut or mixed as [`Phases`] find them. A weight moves the places where shares
+//! are equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed weight of the
+//! largest fluid the derivatives are a symmetric matrix of positive eigenvalues, and Newton steps, halved where they
+//! don't help, find the weights. The largest fluid takes what others can't have: a fluid that began or has become too
+//! small for a node of its own. Where an element begins to hold a third fluid, V jumps by a part of it: what is missing
+//! then is in the history.
 
 use super::phase_list::PhaseList;
 use super::phases::Phases;
@@ -28,8 +29,8 @@ const REACH: f64 = std::f64::consts::LN_10;
 /// Step of ln w for derivatives.
 const NUDGE: f64 = 1e-5;
 
-/// Gives shares the weights with which each fluid has the volume `wanted` [m³]; `fraction` by fluid and node. Returns the largest
-/// factor between two weights.
+/// Gives shares the weights with which each fluid has the volume `wanted` [m³]; `fraction` by fluid and node. Returns
+/// the largest factor between two weights.
 pub fn keep_volumes<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     list: &PhaseList,

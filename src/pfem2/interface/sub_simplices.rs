@@ -75,7 +75,7 @@ pub fn at_corners<const N: usize>(corners: &[Barycentric<N>; N], level: &[f64; N
     corners.map(|corner| corner.iter().zip(level).map(|(n, value)| n * value).sum())
 }
 
-/// Points of a simplex in an element, given by its own shape functions, as points of the element.
+/// Points of a simplex in an element, given by the shape functions of the simplex, as points of the element.
 pub fn inner<const N: usize, const K: usize>(
     corners: &[Barycentric<N>; N],
     points: &[Barycentric<N>; K],
@@ -88,7 +88,8 @@ pub fn whole<const N: usize>() -> [Barycentric<N>; N] {
     std::array::from_fn(node)
 }
 
-/// The part of a simplex in which the linear function with these nodal values is negative, as simplices by their barycentric corners.
+/// The part of a simplex in which the linear function with these nodal values is negative, as simplices by their
+/// barycentric corners.
 pub fn negative_side<const N: usize>(level: &[f64; N]) -> Vec<[Barycentric<N>; N]> {
     let (own, other): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i] < 0.0);
     if is_cut(level) {
@@ -135,7 +136,7 @@ pub fn share<const N: usize>(corners: &[Barycentric<N>; N]) -> f64 {
 /// Volume and centre of a sub-simplex.
 fn part<const N: usize>(corners: &[Barycentric<N>; N], negative: bool) -> SubSimplex<N> {
     let sum: [f64; N] = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum());
-    // ∫λ_a λ_b dV = V (1 + δ_ab)/(d + 1)(d + 2) for its own shape functions λ.
+    // ∫λ_a λ_b dV = V (1 + δ_ab)/(d + 1)(d + 2) for the shape functions λ of the simplex.
     let product =
         |i: usize, j: usize| sum[i] * sum[j] + corners.iter().map(|corner| corner[i] * corner[j]).sum::<f64>();
     let products = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j) / (N * (N + 1)) as f64));

@@ -9,8 +9,9 @@
 //! neighbouring pieces differs by their angle. Natural contact angle: 90°. The pressure jump needs
 //! [`Enrichment::Jump`](super::Enrichment::Jump).
 //!
-//! Beyond an open boundary the interface goes on as it is, and pulls at its end there. Without that pull the end would run along
-//! the boundary: a drop that leaves would be pinched off, and air of a thousandth of its density be thrown about.
+//! Beyond an open boundary the interface goes on as it is, and pulls at its end there. Without that pull the end would
+//! run along the boundary: a drop that leaves would be pinched off, and air of a thousandth of its density be thrown
+//! about.
 
 use super::corners;
 use crate::math::Vector;
@@ -34,7 +35,8 @@ fn triangle<const D: usize>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> f64 {
     0.5 * (u.norm_squared() * v.norm_squared() - u.dot(v).powi(2)).max(0.0).sqrt()
 }
 
-/// Forces on the nodes of an element [N]; `tension` σ [N/m]. Bit k of `open`: the facet opposite to local node k is open.
+/// Forces on the nodes of an element [N]; `tension` σ [N/m]. Bit k of `open`: the facet opposite to local node k is
+/// open.
 pub fn forces<const D: usize, const N: usize>(
     level: &[f64; N],
     x: &[Vector<D>; N],
@@ -54,8 +56,8 @@ pub fn forces<const D: usize, const N: usize>(
     forces
 }
 
-/// The end of the interface at the facet opposite to local node `k`: its middle, and the direction in which the interface
-/// goes on, as long as the end is (1 in 2D).
+/// The end of the interface at the facet opposite to local node `k`: its middle, and the direction in which the
+/// interface goes on, as long as the end is (1 in 2D).
 fn end<const D: usize, const N: usize>(
     level: &[f64; N],
     x: &[Vector<D>; N],

@@ -65,8 +65,8 @@ impl<const D: usize> InterfaceTracking<D> {
         Phases { list: &self.list, fraction: &self.fraction, level: &self.level }
     }
 
-    /// Stage `project`: averages of the particles at the nodes. Fractions and level set stay here; returns the convected velocity v̂ [m/s]
-    /// (Becker (37)–(39); theory G.2, G.11).
+    /// Stage `project`: averages of the particles at the nodes. Fractions and level set stay here; returns the
+    /// convected velocity v̂ [m/s] (Becker (37)–(39); theory G.2, G.11).
     pub fn project<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
@@ -105,8 +105,8 @@ impl<const D: usize> InterfaceTracking<D> {
         self.inflow = InflowComposition::new(mesh, boundary, self.sharp.as_ref(), &self.phases());
     }
 
-    /// Distances that give inflow its depth in a step of v* [m/s], with a sharp level set and open boundaries. Particles behind
-    /// facets at which an interface begins take theirs at once.
+    /// Distances that give inflow its depth in a step of v* [m/s], with a sharp level set and open boundaries.
+    /// Particles behind facets at which an interface begins take theirs at once.
     pub fn inflow_depth<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
@@ -118,7 +118,8 @@ impl<const D: usize> InterfaceTracking<D> {
         Some(InflowDepth::new(mesh, set, openings, velocity, particles))
     }
 
-    /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells it.
+    /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells
+    /// it.
     pub fn inflow_density<const N: usize>(&self, place: usize) -> Option<f64> {
         let (level, set) = (self.inflow.level(place)?, self.sharp.as_ref()?);
         let share = level_set::share_inside::<D, N>(&level);

@@ -202,7 +202,8 @@ pub struct NodalSolution<'a, const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> SolidElement<D, N> {
-    /// Force that the solid in the element takes at its nodes [N]: what its own equations lack (theory (K.13)).
+    /// Force that the solid in the element takes at its nodes [N]: what the equations of the solid lack
+    /// (theory (K.13)).
     pub fn force_on_solid(&self, simplex: &Simplex<D, N>, solution: &NodalSolution<'_, D, N>) -> [Vector<D>; N] {
         let &NodalSolution { drive, velocity, pressure, dt } = solution;
         let (part, g) = (&self.part, &simplex.gradient);

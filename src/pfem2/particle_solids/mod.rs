@@ -1,15 +1,18 @@
-//! Solids on particles, as the paper has them (Becker, Idelsohn & Oñate 2015; theory K): particles carry deviator and pressure of a rate law,
-//! and the velocity and pressure of the fixed mesh are those of fluid and solid in one system.
+//! Solids on particles, as the paper has them (Becker, Idelsohn & Oñate 2015; theory K): particles carry deviator and
+//! pressure of a rate law, and the velocity and pressure of the fixed mesh are those of fluid and solid in one system.
 //!
 //! ```text
-//! 1 turn       σ'_p ← Q σ'_p Qᵀ with the spin of vⁿ                                            Becker (16), theory (K.3)
-//! 2 gather     p̂_i, â_i at the nodes, means of σ'_p in the elements                            theory (K.4), (K.5)
-//! 3 solve      (2M/Δt + Δt K) v − Dᵀp = M (2v̂/Δt + â) + F − ∫Bᵀσ̂',  D v + M_p (p − p̂)/κΔt = 0       Becker (22)–(27), theory (K.8)
-//!              in cut elements M/Δt, and a pressure on each side                               Becker (29)–(33), theory (K.11)
-//! 4 update     σ'_p ← σ'_p + 2μΔt d',  p_p ← p_p + Σ N_i (p_i − p̂_i),  a_p = δv_p/Δt            Becker (15), (40), theory (K.2)
+//! 1 turn     σ'_p ← Q σ'_p Qᵀ with the spin of vⁿ                          Becker (16), theory (K.3)
+//! 2 gather   p̂_i, â_i at the nodes, means of σ'_p in the elements          theory (K.4), (K.5)
+//! 3 solve    (2M/Δt + Δt K) v − Dᵀp = M (2v̂/Δt + â) + F − ∫Bᵀσ̂',           Becker (22)–(27), theory (K.8)
+//!            D v + M_p (p − p̂)/κΔt = 0
+//!            in cut elements M/Δt, and a pressure on each side             Becker (29)–(33), theory (K.11)
+//! 4 update   σ'_p ← σ'_p + 2μΔt d',  p_p ← p_p + Σ N_i (p_i − p̂_i),        Becker (15), (40), theory (K.2)
+//!            a_p = δv_p/Δt
 //! ```
 //!
-//! `solid` has what is better: solids on meshes of their own (theory J). This is the preset of the paper, to compare with.
+//! `solid` has what is better: solids on meshes of their own (theory J). This is the preset of the paper, to compare
+//! with.
 //!
 //! ```text
 //! setup        a solid as a run starts with it

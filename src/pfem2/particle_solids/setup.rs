@@ -40,8 +40,8 @@ pub struct RateLaw {
 impl RateLaw {
     /// A solid of `density` [kg/m³] with these moduli.
     ///
-    /// In plane stress λ* = 2λμ/(λ + 2μ) takes the place of λ: σ' − p 1 in the plane is then its stress, and p no longer the mean
-    /// pressure (theory K.1).
+    /// In plane stress λ* = 2λμ/(λ + 2μ) takes the place of λ: σ' − p 1 in the plane is then its stress, and p no
+    /// longer the mean pressure (theory K.1).
     pub fn new(density: f64, Moduli { bulk, shear }: Moduli, plane: Plane) -> Self {
         let lame = bulk - 2.0 / 3.0 * shear;
         let bulk = match plane {
@@ -57,8 +57,8 @@ mod tests {
     use super::*;
     use crate::material::Elastic;
 
-    /// A strip under uniaxial tension ε in its plane: the stress is E/(1 − ν²) times the strain where the other side is held, and the
-    /// ratio of the two stresses is ν.
+    /// A strip under uniaxial tension ε in its plane: the stress is E/(1 − ν²) times the strain where the other side is
+    /// held, and the ratio of the two stresses is ν.
     #[test]
     fn plane_stress_has_the_stiffness_of_a_thin_plate() {
         let (young, nu) = (3e6, 0.3);

@@ -320,7 +320,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         each.into_iter().zip(&self.elements).for_each(|(force, own)| self.forces[own.solid] += force);
     }
 
-    /// Marks the unknowns that supports prescribe; those of the boundary's walls and inlets stay its own.
+    /// Marks the unknowns that supports prescribe; those of the boundary's walls and inlets stay as they are.
     pub fn hold(&self, constraints: &mut Constraints<D, N>) {
         let all = (1 << D) - 1;
         for (node, axis, _) in self.held() {

@@ -1,4 +1,5 @@
-//! The stages of a step that solids on particles have beside those of fluids (theory K.3): of the particles, and of the system.
+//! The stages of a step that solids on particles have beside those of fluids (theory K.3): of the particles, and of the
+//! system.
 
 use super::columns;
 use super::strain_rate::gradient;
@@ -31,7 +32,8 @@ impl<const D: usize> ParticleTracking<D> {
         columns::admit(&mut self.columns, &system.mesh, solids.first);
     }
 
-    /// Gives the particles of solids their increments of stress and pressure, and keeps their accelerations: Becker (15), theory (K.2), (K.6), (K.7).
+    /// Gives the particles of solids their increments of stress and pressure, and keeps their accelerations:
+    /// Becker (15), theory (K.2), (K.6), (K.7).
     ///
     /// # Errors
     /// An element of a solid loses most of its volume in the step.
@@ -68,7 +70,8 @@ impl<const D: usize> ParticleTracking<D> {
 }
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
-    /// Averages pressures and accelerations of the particles at the nodes, and stresses in the elements: theory (K.4), (K.5).
+    /// Averages pressures and accelerations of the particles at the nodes, and stresses in the elements: theory (K.4),
+    /// (K.5).
     pub(in crate::pfem2) fn gather_particle_solids(&mut self, particles: &Particles<D>, phases: &Phases) {
         let Self { mesh, pressure, particle_solids, .. } = self;
         let Some(solids) = particle_solids else { return };

@@ -7,8 +7,8 @@
 //!           p_p ← p_p − κΔt tr d                      where an element has none          Becker (15)
 //! ```
 //!
-//! The paper pushes forward with F, Becker (12), (16), which equals Q up to terms of the size of the strain increment; Q leaves invariants of
-//! the stress what they are.
+//! The paper pushes forward with F, Becker (12), (16), which equals Q up to terms of the size of the strain increment;
+//! Q leaves invariants of the stress what they are.
 
 use super::columns::{ACCELERATION, PRESSURE, STRESS};
 use super::solids::ParticleSolids;
@@ -64,8 +64,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         });
     }
 
-    /// Keeps the acceleration of the particles of solids, Σ N_i δv_i/Δt, of the increments δv of the nodes by phase [m/s] in `dt` [s]
-    /// (theory (K.7)).
+    /// Keeps the acceleration of the particles of solids, Σ N_i δv_i/Δt, of the increments δv of the nodes by phase
+    /// [m/s] in `dt` [s] (theory (K.7)).
     pub fn keep_acceleration(
         &self,
         particles: &mut Particles<D>,

@@ -3,7 +3,7 @@
 //! ```text
 //! p̂_i = Σ N_i p_p / Σ N_i      over the particles of solids at nodes of a solid, of the fluid at others
 //! â_i = Σ N_i a_p / Σ N_i      over the particles of solids
-//! σ̄'  = Σ σ'_p / n_s,   V_s = V_e n_s/n_e,   ρ_i = Σ N_i ρ_p / Σ N_i     in an element with n_e particles, n_s of them of solids
+//! σ̄'  = Σ σ'_p / n_s,   V_s = V_e n_s/n_e,   ρ_i = Σ N_i ρ_p / Σ N_i   in an element with n_e particles, n_s of them of solids
 //! ```
 
 use super::averages::{ElementSums, NodalAverages};
@@ -68,7 +68,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         sums
     }
 
-    /// Mean stress σ̄' of the solid in an element [Pa]; where it holds no particle of one, that of the elements around its nodes of solids.
+    /// Mean stress σ̄' of the solid in an element [Pa]; where it holds no particle of one, that of the elements around
+    /// its nodes of solids.
     pub(super) fn mean_stress(&self, mesh: &Mesh<D, N>, e: usize) -> SymTensor {
         let own = &self.sums[e];
         if own.count[1] > 0.0 {

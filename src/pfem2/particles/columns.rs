@@ -73,7 +73,7 @@ particle_columns! {
     velocity: Vector<D>, sorted in vectors, merged to mean;
     /// Its phase: the number of its fluid, or, after all fluids, of its solid on particles.
     phase: u8, sorted in bytes, merged to kept;
-    /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
+    /// Depth below the surface of its fluid [m]; only where the level set is sharp.
     depth: f64, sorted in floats, merged to mean;
     /// The element that holds the particle; ascending after [`Particles::sort`].
     element: u32, sorted in elements, merged to kept;
@@ -134,7 +134,7 @@ pub const GONE: u32 = Groups::NONE;
 impl<const D: usize> Particles<D> {
     /// Seeds every element with the points of a lattice, [`lattice`].
     ///
-    /// The lattice is its own image under every exchange of nodes, so that elements that mirror each other hold
+    /// The lattice is the same after every exchange of nodes, so that elements that mirror each other hold
     /// particles that do; noise would be a difference between them, which an unstable flow multiplies.
     ///
     /// `fluid_at` gives the fluid at a place [m], or none where no particle shall be; `velocity_at` the velocity [m/s].

@@ -4,7 +4,7 @@
 //! v_p ← (1 − α)(v_p + Σ N_i δv_i) + α Σ N_i v_i,   δv_i = v_i − v̂_αi,   α = 1 − e^(−dt/T)        theory (F.36)
 //! ```
 //!
-//! with the mean v̂_αi of the particle's own fluid at the node (theory G.11). With that of all, light particles would
+//! with the mean v̂_αi of the fluid of the particle at the node (theory G.11). With that of all, light particles would
 //! keep for ever what they have against the heavy ones beside them: by mass the mean is that of the heavy fluid. No
 //! momentum comes or goes, Σ_p m_p Σ_i N_i δv_i = Σ_i m_i (v_i − v̂_i); what the fluids have against each other at a
 //! node that both reach is lost, as the mesh has one velocity for both.
@@ -13,7 +13,7 @@
 //! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
 //! step; what it takes from resolved motion is a viscosity of about h²/10T.
 //!
-//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their own side of the interface;
+//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their side of the interface;
 //! those without a heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
 
 use super::convect::{Continued, Projectiles};

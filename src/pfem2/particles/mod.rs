@@ -1,4 +1,5 @@
-//! The particles: their columns, and the stages of a step that move, add and correct them (Becker (34)–(40); theory F.3, F.4, F.11, G.11, G.12).
+//! The particles: their columns, and the stages of a step that move, add and correct them (Becker (34)–(40);
+//! theory F.3, F.4, F.11, G.11, G.12).
 //!
 //! ```text
 //! columns      position, velocity, phase and depth of each particle, sorted by element

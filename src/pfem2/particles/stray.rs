@@ -2,9 +2,9 @@
 //!
 //! A particle keeps its fluid whatever φ says, so that films thinner than an element come back when they grow: near the
 //! interface. Farther than an edge inside the other fluid it belongs to nothing that could grow. The level set has its
-//! volume, and with it its mass, elsewhere: the equations count the fluid that φ shows, and the shift has given the volume back
-//! to the rest. Such a particle joins the fluid around it, with the velocity that this has there: mass and momentum of the
-//! mesh stay what they are.
+//! volume, and with it its mass, elsewhere: the equations count the fluid that φ shows, and the shift has given the
+//! volume back to the rest. Such a particle joins the fluid around it, with the velocity that this has there: mass and
+//! momentum of the mesh stay what they are.
 
 use super::Particles;
 use super::convect::MeshPoint;

@@ -21,7 +21,7 @@ pub(in crate::pfem2) struct ParticleRules {
     pub kernel: AveragingKernel,
     /// Numbers of particles to be held in elements and sub-cells.
     pub target: ParticleCounts,
-    /// Fluids that follow their own side of the interface (Becker (36)).
+    /// Fluids that follow their side of the interface (Becker (36)).
     pub is_projectile: Vec<bool>,
     /// Time in which particles take over the velocity of the mesh [s].
     pub relaxation: f64,
@@ -30,7 +30,7 @@ pub(in crate::pfem2) struct ParticleRules {
 }
 
 impl ParticleRules {
-    /// True if some fluid follows its own side of the interface.
+    /// True if some fluid follows its side of the interface.
     pub fn has_projectiles(&self) -> bool {
         self.is_projectile.contains(&true)
     }
@@ -113,11 +113,11 @@ impl<const D: usize> ParticleTracking<D> {
         }
     }
 
-    /// Corrects the velocities with the increment of the mesh, v − v̂ (Becker (40); theory F.11), and keeps the particles fit
-    /// for the next step.
+    /// Corrects the velocities with the increment of the mesh, v − v̂ (Becker (40); theory F.11), and keeps the
+    /// particles fit for the next step.
     ///
-    /// The increment counts from the average of the particles, also at nodes with a prescribed velocity: that average enters no
-    /// equation there, and would drift away from the boundary's velocity.
+    /// The increment counts from the average of the particles, also at nodes with a prescribed velocity: that average
+    /// enters no equation there, and would drift away from the boundary's velocity.
     pub fn correct<const N: usize>(
         &mut self,
         step: ThetaStep,
@@ -138,7 +138,8 @@ impl<const D: usize> ParticleTracking<D> {
         self.join_surrounding_fluid(system, interface);
     }
 
-    /// Adds nodal increments for each fluid [m/s], which took the time `dt` [s], with the share `filter` of the mesh velocity.
+    /// Adds nodal increments for each fluid [m/s], which took the time `dt` [s], with the share `filter` of the mesh
+    /// velocity.
     fn add_increment<const N: usize>(
         &mut self,
         increment: &[&[Vector<D>]],

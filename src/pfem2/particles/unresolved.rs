@@ -1,17 +1,18 @@
 //! Velocities of particles that the mesh can't resolve (theory (F.37)).
 //!
-//! Particles keep their velocity relative to the mesh, as increments never damp it. Where a jet meets slow fluid, or a splash falls
-//! back, fast and slow particles come to stand in one element; the mesh sees their mean, and the difference would stay for
-//! hundreds of steps. The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes:
+//! Particles keep their velocity relative to the mesh, as increments never damp it. Where a jet meets slow fluid, or a
+//! splash falls back, fast and slow particles come to stand in one element; the mesh sees their mean, and the
+//! difference would stay for hundreds of steps. The velocity of a particle relative to the mesh is bounded by the
+//! differences between neighbouring nodes:
 //!
 //! ```text
 //! u_p = v_p − Σ_i N_i(x_p) v_i,        b_p = Σ_i N_i(x_p) max_k |v_k − v_i|,   k: nodes of the elements around i
 //! v_p ← v_p − (1 − min(1, b_p/|u_p|)) u_p + c_e,        Σ_{p in e} m_p (change of v_p) = 0 gives c_e
 //! ```
 //!
-//! No momentum comes or goes. In a smooth flow u is of second order in the edge h, and b of first: vortices and waves are left
-//! alone. The energy that the bound takes, Σ ½ m_p (|v_p|² before − after), is one that the ledger of the mesh doesn't know; it is
-//! counted apart.
+//! No momentum comes or goes. In a smooth flow u is of second order in the edge h, and b of first: vortices and waves
+//! are left alone. The energy that the bound takes, Σ ½ m_p (|v_p|² before − after), is one that the ledger of the mesh
+//! doesn't know; it is counted apart.
 
 use super::Particles;
 use super::interpolate_nodal;
@@ -33,7 +34,8 @@ struct BoundedElement<const D: usize> {
 }
 
 impl<const D: usize> ParticleTracking<D> {
-    /// Bounds the velocity of particles relative to the mesh; that of fluids that follow their own side of the interface is larger.
+    /// Bounds the velocity of particles relative to the mesh; that of fluids that follow their side of the
+    /// interface is larger.
     pub(in crate::pfem2) fn bound_unresolved<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,

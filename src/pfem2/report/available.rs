@@ -8,7 +8,7 @@
 //! Beside it stands the energy that no term of the ledger explains: waves on an interface that grow with the step,
 //! fluid that leaks through the other, pressure that pushes along a wall, interfaces that aren't calm. It is too much
 //! where it is more than half of the kinetic energy that the flow ever had and all that friction and walls exchanged,
-//! which has errors of its own size in steps that are long for friction.
+//! which has errors as large as itself in steps that are long for friction.
 //!
 //! φ is taken from the middle of the mesh, so that a volume that isn't kept counts the same wherever the box lies.
 
@@ -59,8 +59,8 @@ pub(in crate::pfem2) enum EnergyCheck {
 }
 
 impl AvailablePotentialEnergy {
-    /// The energy available to the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady,
-    /// uniform one.
+    /// The energy available to the state at the start with these totals; `None` where fluid may come in or leave, or
+    /// gravity is no steady, uniform one.
     pub fn new<const D: usize, const N: usize>(
         system: &VelocityPressureSystem<D, N>,
         totals: &FlowTotals,

@@ -26,8 +26,8 @@ const NEGATIVE: f64 = 0.01;
 /// Part of the weight times the size of the mesh that is rounding, and what the linear solver leaves.
 const ROUNDING: f64 = 1e-9;
 
-/// Part of an element by which gravity may move solids before errors are measured by its work: the surface of a solid is known no better in a mesh
-/// that it cuts close to a node, and one that floats at rest moves by less.
+/// Part of an element by which gravity may move solids before errors are measured by its work: the surface of a solid
+/// is known no better in a mesh that it cuts close to a node, and one that floats at rest moves by less.
 const UNRESOLVED: f64 = 1e-3;
 
 /// Solids with which a balance is opened.
@@ -56,7 +56,8 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
     pub available: Option<AvailablePotentialEnergy>,
     /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
     pub initial_volumes: Vec<f64>,
-    /// Energy that is rounding, of the weight at the start over the height of the mesh, or that lifts solids by less than their surface is known [J].
+    /// Energy that is rounding, of the weight at the start over the height of the mesh, or that lifts solids by less
+    /// than their surface is known [J].
     pub negligible: f64,
 }
 
@@ -169,7 +170,8 @@ impl<const D: usize> EnergyBalance<D> {
         ExternalRates { gravity, boundary: power, force, through }
     }
 
-    /// The energy that errors are measured by: the largest other energy so far, and no less than what counts in this run [J].
+    /// The energy that errors are measured by: the largest other energy so far, and no less than what counts in this
+    /// run [J].
     pub fn largest_energy(&self) -> f64 {
         let least = self.available.as_ref().map_or(0.0, |available| available.least(&self.ledger));
         self.ledger.largest.max(least).max(self.negligible)

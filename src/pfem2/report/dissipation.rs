@@ -1,21 +1,23 @@
 //! Viscous dissipation of a step, as the scheme takes it (theory (F.40)).
 //!
-//! A step gives the fluid the momentum Δt Σ_k w_k F_k, with the viscous forces F_k of its end, its start and the start of the step
-//! before, and the weights w = θ, β₁, β₂ (see `step`). Its kinetic energy changes by this times the mean of the velocities before and
-//! after, v̄ = ½ (vⁿ + vⁿ⁺¹); powers of the forces on their own velocities differ from that by a factor where the step is
-//! long for viscosity (vortices that decay within a step: 0.3; layers that a force keeps up: 2):
+//! A step gives the fluid the momentum Δt Σ_k w_k F_k, with the viscous forces F_k of its end, its start and the start
+//! of the step before, and the weights w = θ, β₁, β₂ (see `step`). Its kinetic energy changes by this times the mean of
+//! the velocities before and after, v̄ = ½ (vⁿ + vⁿ⁺¹); powers of the forces on their own velocities differ from that
+//! by a factor where the step is long for viscosity (vortices that decay within a step: 0.3; layers that a force keeps
+//! up: 2):
 //!
 //! ```text
 //! D = Δt Σ_k w_k q(v̄, u_k),        q(a, b) = ∫2μ d(a):d(b),        u_k the velocity that makes F_k
 //! 4 q(v̄, u_k) = q(vⁿ⁺¹) + q(vⁿ) + 2 q(u_k) − q(vⁿ⁺¹ − u_k) − q(vⁿ − u_k)
 //! ```
 //!
-//! The first three powers are sums over the fluid, wherever it was at their time. Differences follow the fluid: what was at a node
-//! is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit share is that of the predictor step.
+//! The first three powers are sums over the fluid, wherever it was at their time. Differences follow the fluid: what
+//! was at a node is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit share is that
+//! of the predictor step.
 //!
-//! In elements that solids cut, q is the sum over the simplices of the fluid part with the velocity of the surface at cut points: a fluid that sticks
-//! loses most of its energy there. They may be slivers, over which nothing follows the fluid: their powers are those of the forces on their own
-//! velocities, D = Δt Σ_k w_k q(u_k).
+//! In elements that solids cut, q is the sum over the simplices of the fluid part with the velocity of the surface at
+//! cut points: a fluid that sticks loses most of its energy there. They may be slivers, over which nothing follows the
+//! fluid: their powers are those of the forces on their own velocities, D = Δt Σ_k w_k q(u_k).
 
 use crate::math::Vector;
 use crate::parallel;

@@ -164,7 +164,8 @@ impl<const D: usize> BoundaryForces<D> {
 }
 
 impl<const D: usize> BoundaryForces<D> {
-    /// Adds the pressure on walls beside the ends of the surfaces of solids, which no node of the mesh takes up (theory (J.9c)).
+    /// Adds the pressure on walls beside the ends of the surfaces of solids, which no node of the mesh takes up
+    /// (theory (J.9c)).
     fn add_feet<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, actions: &mut [PartAction<D>]) {
         let VelocityPressureSystem { mesh, boundary, linear, .. } = system;
         let elements = system.immersed.iter().flat_map(|immersed| &immersed.elements);

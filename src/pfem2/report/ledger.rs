@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! kinetic      ½ Σ_e Σ_i m_i |v_i|²
-//! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x      in a closed box whose fluids keep their volumes, b steady and uniform
-//!              Δt Σ m_i b_i·v_i                              elsewhere
+//! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x   in a closed box whose fluids keep their volumes, b steady and uniform
+//!              Δt Σ m_i b_i·v_i                           elsewhere
 //! boundaries   Δt Σ (traction and support)·v_i
 //! openings     −Δt ∮ ½ρ |v|² v·n                        (see `through`)
 //! viscous      what the step takes                      (see `dissipation`)

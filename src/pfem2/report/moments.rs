@@ -1,7 +1,7 @@
 //! Moments of the forces of the fluid about points that the case gives (theory J.6).
 //!
 //! ```text
-//! M = Σ_a (x_a − c) × f_a          f_a: nodal forces on a part of the boundary (theory (F.38)), or on a solid (theory J.6)
+//! M = Σ_a (x_a − c) × f_a      f_a: nodal forces on a part of the boundary (theory (F.38)), or on a solid (theory J.6)
 //! ```
 //!
 //! x_a is where the nodes are when the forces act: of solids, where the mesh was cut at their surface.
@@ -27,7 +27,8 @@ pub enum ForcedPart {
     Solid(usize),
 }
 
-/// Forces [N], or moments [N m], at the ends of steps, and their means over the last one; moments in the plane have the third component alone.
+/// Forces [N], or moments [N m], at the ends of steps, and their means over the last one; moments in the plane have the
+/// third component alone.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(in crate::pfem2) struct StepMeans<const D: usize> {
     /// At the end of the last step.

@@ -245,7 +245,7 @@ impl Notices {
     }
 }
 
-/// The fluids at the inlets that bring none of their own, as pairs of the place of the set and the fluid.
+/// The fluids at the inlets that bring none, as pairs of the place of the set and the fluid.
 fn at_inlets<const D: usize, const N: usize>(
     system: &VelocityPressureSystem<D, N>,
     fraction: &[Vec<f64>],

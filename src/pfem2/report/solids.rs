@@ -5,7 +5,8 @@
 //! gravity      Δt v·M b              supports      Δt v·(reactions and loads)
 //! ```
 //!
-//! The fluid does on the cut points the work that the solid takes, in one system: it enters neither, and cancels in their sum.
+//! The fluid does on the cut points the work that the solid takes, in one system: it enters neither, and cancels in
+//! their sum.
 
 use crate::pfem2::time::history::StepShares;
 use crate::simulation::TermKind::{Gain, Stored};
@@ -42,7 +43,8 @@ pub struct SolidEnergy {
     pub earlier: SolidEnergies,
     /// Kinetic and strain energy at the start [J].
     pub stored: f64,
-    /// Kinetic energy that fluids and solids lost in the first step, because their velocities at the start didn't fit together [J].
+    /// Kinetic energy that fluids and solids lost in the first step, because their velocities at the start didn't fit
+    /// together [J].
     pub mismatch: f64,
 }
 
@@ -56,7 +58,8 @@ impl SolidEnergy {
         Self { last: state, earlier: state, stored: state.kinetic + state.strain, ..Self::default() }
     }
 
-    /// Takes the powers of the predicted step for those at the start, of which the first step takes its explicit share. Energies stay those of the start.
+    /// Takes the powers of the predicted step for those at the start, of which the first step takes its explicit share.
+    /// Energies stay those of the start.
     pub fn begin(&mut self, predicted: SolidEnergies) {
         let SolidEnergies { gravity, supports, .. } = predicted;
         self.last = SolidEnergies { gravity, supports, ..self.last };
@@ -74,7 +77,8 @@ impl SolidEnergy {
         (self.earlier, self.last) = (self.last, now);
     }
 
-    /// Energy of the solids that gravity and supports don't explain [J]: what the fluid has given them, less what the scheme has lost.
+    /// Energy of the solids that gravity and supports don't explain [J]: what the fluid has given them, less what the
+    /// scheme has lost.
     pub fn gained(&self) -> f64 {
         self.last.kinetic + self.last.strain - (self.stored + self.gravity.value() + self.supports.value())
     }

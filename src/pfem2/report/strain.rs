@@ -1,7 +1,8 @@
 //! Energy of solids on particles in the balance of a run (theory (K.14)).
 //!
-//! Their kinetic energy and the work of gravity on them are those of the mesh, as those of the fluid are: one velocity serves both. What is left is
-//! the energy of their strain, as far as a rate law has one, and the work of supports that move.
+//! Their kinetic energy and the work of gravity on them are those of the mesh, as those of the fluid are: one velocity
+//! serves both. What is left is the energy of their strain, as far as a rate law has one, and the work of supports that
+//! move.
 
 use crate::simulation::TermKind::{Gain, Stored};
 use crate::simulation::{BalanceTerm, CompensatedSum, Record};

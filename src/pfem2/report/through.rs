@@ -4,8 +4,8 @@
 //! energy     −∮ ½ρ |v|² v·n dA          momentum     −∮ ρ v v·n dA          into the mesh, per second
 //! ```
 //!
-//! ρ is that of the element behind the facet where the flow leaves, and that of the fluid that is brought where it comes in: what
-//! is behind an inlet into which another fluid begins to flow is of another density for the first steps.
+//! ρ is that of the element behind the facet where the flow leaves, and that of the fluid that is brought where it
+//! comes in: what is behind an inlet into which another fluid begins to flow is of another density for the first steps.
 //!
 //! Velocities are linear on a facet of d nodes, so that means of their products are exact sums over nodes:
 //! ∫N_a N_b N_c dA = A (d − 1)!/(d + 2)! α! with α! = 6 for three equal nodes, 2 for two, 1 for none.
@@ -23,8 +23,8 @@ pub struct OpenBoundaryFlux<const D: usize> {
 }
 
 impl<const D: usize> OpenBoundaryFlux<D> {
-    /// The flux of a state; `brought` is the density of what comes in through a facet by its place in [`Mesh::boundary`](crate::mesh::Mesh)
-    /// [kg/m³], where that is known.
+    /// The flux of a state; `brought` is the density of what comes in through a facet by its place in
+    /// [`Mesh::boundary`](crate::mesh::Mesh) [kg/m³], where that is known.
     pub fn of<const N: usize>(system: &VelocityPressureSystem<D, N>, brought: impl Fn(usize) -> Option<f64>) -> Self {
         let VelocityPressureSystem { mesh, boundary, contents, velocity, .. } = system;
         let mut sum = Self::default();

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! F_k = f_k + (l − L v)_k − (S v − r)_k                   an elastic solid on the support of the unknown k
-//! F   = Σ_a [f_a + (l − L v)_a − (S v − r)_a] − (m/Δ (V − V̂) + α m V)     a rigid one on its supports, hinges and guides
+//! F   = Σ_a [f_a + (l − L v)_a − (S v − r)_a] − (m/Δ (V − V̂) + α m V)   a rigid one on its supports, hinges and guides
 //! F   = Σ_a w_a (k u_a + c v_a)                           a solid on a spring
 //! F   = Σ_i c_i f                                         walls and solids on a solid, over its contacts
 //! ```
 //!
-//! f is the force of the fluid on a node. Impulses, of contacts of rigid solids and of the supports of these, have no share in later steps (theory
-//! (J.16a)).
+//! f is the force of the fluid on a node. Impulses, of contacts of rigid solids and of the supports of these, have no
+//! share in later steps (theory (J.16a)).
 
 use super::contact::step::StepContacts;
 use super::rigid::RigidLoad;
@@ -135,7 +135,8 @@ impl Holders {
         self.all.iter().map(|&(solid, _)| solid)
     }
 
-    /// Their names among forces: `support:beam[0]`, `support:rotor` of a rigid solid, `spring:beam[0]`, `contacts:beam`.
+    /// Their names among forces: `support:beam[0]`, `support:rotor` of a rigid solid, `spring:beam[0]`,
+    /// `contacts:beam`.
     pub fn names<const D: usize>(&self, structure: &Structure<D>) -> Vec<String> {
         let name = |&(solid, holder): &(usize, Holder)| {
             let name = &structure.setups()[solid].name;

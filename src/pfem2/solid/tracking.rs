@@ -34,8 +34,9 @@ const LARGEST_PREDICTION_ERROR: f64 = 0.1;
 /// than a hundredth.
 const SETTLED: f64 = 0.02;
 
-/// Repeated solutions of a step stall, as where two shapes lead to each other by turns, if a correction is above this part of the one before. The next
-/// prediction is half-way then, and an end that is not [`LARGEST_PREDICTION_ERROR`] is taken.
+/// Repeated solutions of a step stall, as where two shapes lead to each other by turns, if a correction is above this
+/// part of the one before. The next prediction is half-way then, and an end that is not [`LARGEST_PREDICTION_ERROR`] is
+/// taken.
 const STALLED: f64 = 0.9;
 
 /// Solutions of a step before they can count as stalled: corrections of the first ones may rise.

@@ -6,8 +6,9 @@
 //!
 //! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long
 //! ones are those of Newton's method. The fluid that the solids push away takes its particles and interfaces along.
-//! What carries a solid without supports, as buoyancy does, is not in K, and along a floor nothing may hold it at all:
-//! with such solids τ is at most the time in which gravity, or without weight what their loads do to them at first, moves them by an element.
+//! Forces of fluids that carry a solid without supports are not in K, and along a floor nothing may hold it at all:
+//! with such solids τ is at most the time in which gravity, or without weight what their loads do to them at first,
+//! moves them by an element.
 
 use crate::error::{Place, StepError};
 use crate::math::Vector;
@@ -24,18 +25,19 @@ use std::sync::atomic::Ordering;
 /// are at rest.
 const TOLERANCE: f64 = 1e-6;
 
-/// Bounds for solids without supports to be at rest: the last acceleration over the largest, and the last displacement over an
-/// element.
+/// Bounds for solids without supports to be at rest: the last acceleration over the largest, and the last displacement
+/// over an element.
 const FREE_TOLERANCE: f64 = 1e-3;
 
-/// The search goes on, down to rounding, while an iteration moves the solids by less than this part of the least motion in one before it.
+/// The search goes on, down to rounding, while an iteration moves the solids by less than this part of the least motion
+/// in one before it.
 const FALLS: f64 = 0.9;
 
 /// Iterations after which there is no equilibrium.
 const ITERATIONS: usize = 400;
 
-/// Iterations without a smaller motion than all before, after which there is no equilibrium either: a gas that falls out of its box never
-/// comes to rest.
+/// Iterations without a smaller motion than all before, after which there is no equilibrium either: a gas that falls
+/// out of its box never comes to rest.
 const STALLED: usize = 100;
 
 /// Elements that a solid may move in an iteration.
@@ -94,8 +96,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         Err(self.never_at_rest(ITERATIONS))
     }
 
-    /// Bound of the artificial step [s], where the largest acceleration so far is `largest` [m/s²]; none where all solids have supports, or nothing
-    /// has moved them yet.
+    /// Bound of the artificial step [s], where the largest acceleration so far is `largest` [m/s²]; none where all
+    /// solids have supports, or nothing has moved them yet.
     fn longest(&self, largest: f64) -> Option<f64> {
         let setups = self.solids.iter().flat_map(|solids| solids.structure.setups());
         if setups.into_iter().all(|setup| setup.held.iter().any(|held| !held.nodes.is_empty())) {

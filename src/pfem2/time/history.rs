@@ -1,8 +1,8 @@
 //! Velocities and accelerations of earlier steps, which a step of second order extrapolates from (theory F.2, F.5).
 //!
 //! ```text
-//! β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂                               explicit shares of the acceleration; theory (F.8)
-//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + c (vⁿ − 2vⁿ⁻¹ + vⁿ⁻²)                 convecting velocity, c = 5/6 − θ (equal steps); theory F.5
+//! β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂                             explicit shares of the acceleration; theory (F.8)
+//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + c (vⁿ − 2vⁿ⁻¹ + vⁿ⁻²)     convecting velocity, c = 5/6 − θ (equal steps); theory F.5
 //! ```
 //!
 //! vⁿ itself is the velocity of the system; the paper's scheme takes nothing from here.

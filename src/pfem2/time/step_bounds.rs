@@ -5,8 +5,8 @@ use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::report::balance::EnergyBalance;
 use crate::pfem2::setup::Scheme;
 
-/// Part of the bound by capillary waves that an automatic step takes. At the bound a drop of water of ten elements in air
-/// stirs up the air by 7 m/s, at half of it by 4 m/s, at a quarter by 0.1 m/s; heavier gases are calm at the bound.
+/// Part of the bound by capillary waves that an automatic step takes. At the bound a drop of water of ten elements in
+/// air stirs up the air by 7 m/s, at half of it by 4 m/s, at a quarter by 0.1 m/s; heavier gases are calm at the bound.
 const CAPILLARY_FRACTION: f64 = 0.25;
 
 /// ωΔt of the shortest wave up to which waves on water in a box of 20 × 20 cells don't grow; at 1.73 they do.
@@ -15,8 +15,8 @@ const LARGEST_OMEGA_DT: f64 = 1.5;
 /// The first step, over the longest that bounds allow: nothing is known yet of how the flow will change.
 const START: f64 = 0.1;
 
-/// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles doesn't
-/// shrink with the step, and shorter steps would follow nothing else.
+/// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles
+/// doesn't shrink with the step, and shorter steps would follow nothing else.
 const SHORTEST_STEP: f64 = 0.05;
 
 /// Times at which lids and inlets are asked for their speed.
@@ -34,7 +34,8 @@ pub(in crate::pfem2) struct StepLimits {
 }
 
 impl StepLimits {
-    /// Limits of a scheme, with a Courant number and the largest error of a step over that of the mesh; infinity: no bound.
+    /// Limits of a scheme, with a Courant number and the largest error of a step over that of the mesh; infinity: no
+    /// bound.
     pub fn new(scheme: Scheme, courant: f64, tolerance: f64) -> Self {
         Self { max_omega_dt: max_omega_dt(scheme), courant, control: StepControl::new(tolerance) }
     }
@@ -79,8 +80,8 @@ impl StepLimits {
         }
     }
 
-    /// The shortest and the longest automatic steps that may be expected in a flow of this speed [m/s]: of one element and of
-    /// `courant`. `None` where nothing tells the speed.
+    /// The shortest and the longest automatic steps that may be expected in a flow of this speed [m/s]: of one element
+    /// and of `courant`. `None` where nothing tells the speed.
     pub fn foreseen<const D: usize, const N: usize>(
         &self,
         system: &VelocityPressureSystem<D, N>,
@@ -94,8 +95,8 @@ impl StepLimits {
 }
 
 /// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2
-/// (theory H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
-/// its waves grow a little in theory, and the damping of the scheme outweighs it up to [`LARGEST_OMEGA_DT`].
+/// (theory H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step;
+/// below that its waves grow a little in theory, and the damping of the scheme outweighs it up to [`LARGEST_OMEGA_DT`].
 fn max_omega_dt(scheme: Scheme) -> f64 {
     match scheme {
         Scheme::SecondOrder { theta } => LARGEST_OMEGA_DT.min((2.0 * theta - 1.0).max(0.0).sqrt().recip()),

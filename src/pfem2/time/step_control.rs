@@ -5,21 +5,26 @@
 //! in time       e = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ at the feet of the streamlines‖)
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
-//! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,   dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
-//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance V/κ)^½/Δt),   κ ← max(s V/Δt², 0.99 κ)
+//! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,
+//!               dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance V/κ)^½/Δt),
+//!               κ ← max(s V/Δt², 0.99 κ)
 //! ```
 //!
 //! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
-//! extrapolated with one order less: an upper estimate, O(Δt²). η is how far linear elements are from a velocity with the
-//! curvature that the jumps of its gradient show (Zienkiewicz & Zhu 1987): where v'' is constant, the error of linear
-//! interpolation, h² v''/√120. The tolerance is 2 by default: the scheme is one order better than e. Norms are weighted with
-//! mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an interface is no curvature. Both fall
-//! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an
-//! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
-//! Solids have an error of their own, as they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 77 steps per period where s is a three-hundredth. Motions
-//! below a quarter of the speed of the fluid count by that speed. The forces of the fluid on cut elements shake solids, the more the shorter the steps: such noise has changes d with
-//! other signs in each step, and counts a tenth. Steps that followed the phase of a swing, longer at its ends than in between, would make it softer and stiffer in turns, and pump it up
-//! (as a child does a swing): κ remembers s, and steps beside solids grow by a fifth or not.
+//! extrapolated with one order less: an upper estimate, O(Δt²). η is how far linear elements are from a velocity with
+//! the curvature that the jumps of its gradient show (Zienkiewicz & Zhu 1987): where v'' is constant, the error of
+//! linear interpolation, h² v''/√120. The tolerance is 2 by default: the scheme is one order better than e. Norms are
+//! weighted with mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an
+//! interface is no curvature. Both fall with the square of their lengths, so the step falls with the mesh and both
+//! errors vanish together. d keeps an interface from running ahead of the flow by more than a tenth of an element in
+//! one step, which would make fingers where a heavy fluid runs into a light one. Solids have an error, too, as
+//! they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 77 steps per period where s is a
+//! three-hundredth. Motions below a quarter of the speed of the fluid count by that speed. The forces of the fluid on
+//! cut elements shake solids, the more the shorter the steps: such noise has changes d with other signs in each step,
+//! and counts a tenth. Steps that followed the phase of a swing, longer at its ends than in between, would make it
+//! softer and stiffer in turns, and pump it up (as a child does a swing): κ remembers s, and steps beside solids grow
+//! by a fifth or not.
 
 use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
@@ -52,13 +57,16 @@ const SURFACE: f64 = 0.05;
 /// The largest error of solids, over the tolerance.
 const SOLIDS: f64 = 0.005 / 3.0;
 
-/// Least speed by which the error of solids is measured, over the speed of the fluid: that of solids that move more slowly counts as part of this.
+/// Least speed by which the error of solids is measured, over the speed of the fluid: that of solids that move more
+/// slowly counts as part of this.
 const SLOW_SOLIDS: f64 = 0.25;
 
-/// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no motion that shorter steps would follow, but noise.
+/// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no
+/// motion that shorter steps would follow, but noise.
 const NOISE: f64 = 0.01;
 
-/// Part of the error of solids, over the square of the step, that is forgotten in the longest step: half of it in one and a half swings.
+/// Part of the error of solids, over the square of the step, that is forgotten in the longest step: half of it in one
+/// and a half swings.
 const FORGETTING: f64 = 0.01;
 
 /// Beside solids steps grow by this much at least, or not.
@@ -113,8 +121,8 @@ impl StepControl {
         self.tolerance.is_finite()
     }
 
-    /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter, `speed` that by which errors of
-    /// solids are measured [√kg m/s].
+    /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter,
+    /// `speed` that by which errors of solids are measured [√kg m/s].
     fn learn(&mut self, dt: f64, errors: ErrorEstimates, least: f64, speed: f64) {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
@@ -133,8 +141,9 @@ impl StepControl {
 }
 
 impl StepControl {
-    /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic energy so far [J], `solids` are those with
-    /// meshes of their own, with the elements that their surface was off its prediction.
+    /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic
+    /// energy so far [J], `solids` are those with meshes of their own, with the elements that their surface was off its
+    /// prediction.
     pub(in crate::pfem2) fn estimate<const D: usize, const N: usize>(
         &mut self,
         dt: f64,
@@ -165,8 +174,8 @@ impl StepControl {
         self.learn(dt, errors, least / scale, speed);
     }
 
-    /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed [m/s], and the speed by which it
-    /// is measured [√kg m/s].
+    /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed
+    /// [m/s], and the speed by which it is measured [√kg m/s].
     fn solids_error<const D: usize>(&mut self, structure: &mut Structure<D>, extends: f64, stream: f64) -> [f64; 2] {
         let state = &structure.state;
         let (now, before, earlier) = (&state.velocity, &state.velocity_previous, &state.velocity_earlier);
@@ -189,7 +198,8 @@ impl StepControl {
     }
 }
 
-/// The part of d·d that counts, given d·d of this step, the product of d with that of the step before, and d·d of that one.
+/// The part of d·d that counts, given d·d of this step, the product of d with that of the step before, and d·d of that
+/// one.
 fn resolved([own, both, last]: [f64; 3]) -> f64 {
     let alike = if last > 0.0 && own > 0.0 { both / (own * last).sqrt() } else { 1.0 };
     own.max(0.0) * alike.max(NOISE)
@@ -245,7 +255,8 @@ fn interface_error<const D: usize, const N: usize>(
 mod tests {
     use super::*;
 
-    /// Errors that go with Δt² lead to the step at which they are as large as allowed, from both sides and without leaps.
+    /// Errors that go with Δt² lead to the step at which they are as large as allowed, from both sides and without
+    /// leaps.
     #[test]
     fn steps_settle_where_the_error_in_time_is_the_tolerance_times_that_of_the_mesh() {
         for first in [0.001, 0.3] {
@@ -297,8 +308,9 @@ mod tests {
         assert!((dt / 0.05 - 1.0).abs() < 1e-6, "{dt}");
     }
 
-    /// Of a swing with 77 steps per period the changes of the velocity count but for 1 %, of white noise, whose second differences have the product −⅔ from
-    /// one step to the next, a tenth; the first step counts whole, as there is none to compare with.
+    /// Of a swing with 77 steps per period the changes of the velocity count but for 1 %, of white noise, whose second
+    /// differences have the product −⅔ from one step to the next, a tenth; the first step counts whole, as there is
+    /// none to compare with.
     #[test]
     fn noise_of_solids_hardly_shortens_steps() {
         let phase = 2.0 * std::f64::consts::PI / 77.0;

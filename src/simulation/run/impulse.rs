@@ -2,8 +2,9 @@
 //!
 //! A row may lie within a step, a time r before its end: F Δt of that step is parted at it.
 //!
-//! Contact and particles make forces waver from step to step, and rows lie many steps apart. The force of the step at which a
-//! row happens to be written would alias; means over the time between rows add up to the impulse, Σ F̄ Δt = ∫ F dt.
+//! Contact and particles make forces waver from step to step, and rows lie many steps apart. The force of the step at
+//! which a row happens to be written would alias; means over the time between rows add up to the impulse, Σ F̄ Δt = ∫ F
+//! dt.
 
 use crate::simulation::{Column, Solver};
 
@@ -30,8 +31,8 @@ impl Impulses {
         sums.iter_mut().zip(last).for_each(|(sum, f)| *sum += *f * dt);
     }
 
-    /// Replaces the forces of the last step, and then its moments, by their means since they were last recorded, up to `rest` [s]
-    /// before the end of the step.
+    /// Replaces the forces of the last step, and then its moments, by their means since they were last recorded, up to
+    /// `rest` [s] before the end of the step.
     pub fn average(&self, rest: f64, [forces, moments]: [&mut [(String, [f64; 3])]; 2]) {
         let Some(time) = self.time.first() else { return };
         let impulses = self.sums.as_chunks::<3>().0.iter().zip(self.last.as_chunks::<3>().0);

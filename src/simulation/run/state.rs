@@ -11,7 +11,7 @@ pub(super) struct LoopState<'a> {
 }
 
 impl LoopState<'_> {
-    /// The loop's own columns, then the solver's.
+    /// The columns of the loop, then those of the solver.
     pub fn columns(&mut self, solver: &mut dyn Solver, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut reals = [self.clock.time, self.clock.dt, *self.stored_at_start];
         visit("loop/time, dt, stored energy", Column::record(&mut reals));

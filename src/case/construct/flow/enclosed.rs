@@ -8,7 +8,8 @@ use crate::mesh::{QuadraticMesh, SurfacePatches};
 use crate::pfem2::solid::mesh::SolidMesh;
 
 impl Construction<'_> {
-    /// The surface of the solid `body[index]`, inside `None` if its region has none of a file; outside if that is no use (and why was noted).
+    /// The surface of the solid `body[index]`, inside `None` if its region has none of a file; outside if that is no
+    /// use (and why was noted).
     pub(super) fn surface_of(&mut self, index: usize) -> Option<Option<Triangles>> {
         let spec = &self.case.file.body[index];
         let Some(shape) = &spec.region else { return Some(None) };

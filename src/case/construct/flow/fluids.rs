@@ -25,8 +25,8 @@ const GAP_POINTS: usize = 8;
 /// Nodes and elements that a thread asks for their bodies at once.
 const PIECE: usize = 256;
 
-/// A body of particles as the case describes it, a fluid or a solid: where it is, and how it moves at the start. Of several the first counts
-/// where they overlap.
+/// A body of particles as the case describes it, a fluid or a solid: where it is, and how it moves at the start. Of
+/// several the first counts where they overlap.
 pub(super) struct InitialFluid {
     /// Its place in `body`.
     body: usize,
@@ -178,8 +178,8 @@ impl Construction<'_> {
         file.boundary.iter().any(|part| part.fluid.as_ref() == Some(&file.body[index].name))
     }
 
-    /// A sharp interface is for two fluids, and the volumes of more are corrected in closed boxes only: refuses a case that asks for
-    /// it, and warns of the replacement otherwise.
+    /// A sharp interface is for two fluids, and the volumes of more are corrected in closed boxes only: refuses a case
+    /// that asks for it, and warns of the replacement otherwise.
     pub(super) fn several_fluids<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
         let (case, spec) = (self.case, &self.case.file.pfem2);
         let fluids = case.file.fluids();

@@ -1,11 +1,11 @@
 //! Fluid that sticks to solids or glides along them, where the case doesn't say.
 //!
-//! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851), one of the length L a stream of the speed U in
-//! δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold them: a whole element of fluid would
-//! stick to the solid (theory (J.6a)).
+//! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851), one of the length L a stream
+//! of the speed U in δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold
+//! them: a whole element of fluid would stick to the solid (theory (J.6a)).
 
 use super::path::SolidSurroundings;
-use super::solids::size_of;
+use crate::case::resolution::size_of;
 use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
@@ -22,11 +22,12 @@ const PART: f64 = 0.5;
 /// Times at which the speed of inlets is taken.
 const TIMES: usize = 32;
 
-/// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the layer that the solid slows
-/// down in its longest period, and of that in the stream from inlets. Says so of each of them.
+/// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the
+/// layer that the solid slows down in its longest period, and of that in the stream from inlets. Says so of each of
+/// them.
 ///
-/// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found; and so do all
-/// where a run begins in equilibrium, which isn't found where fluids glide.
+/// Solids without a known period stay as they are: rigid ones, quasi-static ones, and those whose modes weren't
+/// found; and so do all where a run begins in equilibrium, which isn't found where fluids glide.
 pub(super) fn choose<const D: usize, const N: usize>(
     structure: &mut Structure<D>,
     modes: &[NaturalMode<D>],

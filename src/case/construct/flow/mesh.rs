@@ -33,7 +33,8 @@ impl Construction<'_> {
         }
     }
 
-    /// Pieces of a mesh must not overlap, and every one must be open somewhere: one pressure is held, that of the whole.
+    /// Pieces of a mesh must not overlap, and every one must be open somewhere: one pressure is held, that of the
+    /// whole.
     pub(super) fn pieces<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, sets: &[BoundarySetup<D>]) {
         let (piece, count) = mesh.pieces();
         if count == 1 {

@@ -14,9 +14,8 @@ mod solids;
 mod through;
 
 use path::SolidSurroundings;
-pub(in crate::case) use path::{MeshSizes, PathResolution, shown};
 use prestress::incompressible;
-use solids::{MODES, natural_periods, size_of};
+use solids::{MODES, natural_periods};
 
 use super::signals::TrialPoints;
 use super::{Construction, Model, guarded, has_errors};
@@ -80,7 +79,8 @@ struct FlowBodies<const D: usize> {
 }
 
 impl Construction<'_> {
-    /// Notes the longest periods of elastic solids, lets fluids glide where their layers aren't resolved, and foresees where solids come to.
+    /// Notes the longest periods of elastic solids, lets fluids glide where their layers aren't resolved, and foresees
+    /// where solids come to.
     fn foresee<const D: usize, const N: usize>(
         &mut self,
         structure: &mut Structure<D>,

@@ -15,8 +15,8 @@ use crate::pfem2::setup::Scheme;
 const LARGEST_POISSON: f64 = 0.49;
 
 impl Construction<'_> {
-    /// The solids on particles of the bodies `bodies`, whose regions are the first of `parts`; those that can't be made are left out (and why
-    /// was noted).
+    /// The solids on particles of the bodies `bodies`, whose regions are the first of `parts`; those that can't be made
+    /// are left out (and why was noted).
     pub(super) fn particle_solids<const D: usize, const N: usize>(
         &mut self,
         bodies: &[usize],

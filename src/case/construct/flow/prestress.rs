@@ -1,4 +1,5 @@
-//! Laws of solids beside their moduli: the stress of a solid in the shape in which it is given, and incompressible ones.
+//! Laws of solids beside their moduli: the stress of a solid in the shape in which it is given, and incompressible
+//! ones.
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;

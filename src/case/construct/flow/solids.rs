@@ -2,6 +2,7 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
+use crate::case::resolution::size_of;
 use crate::case::{Material, SolidMeshSpec};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Region, Winding};
@@ -217,7 +218,8 @@ pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &
     (!all.is_empty()).then(|| format!("longest periods of solids, without the fluid: {}", all.join("; ")))
 }
 
-/// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest part.
+/// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest
+/// part.
 fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
     let mesh = QuadraticMesh::fill(region, cell, dimension)?;
     let place = mesh.thinnest();
@@ -227,7 +229,8 @@ fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh,
     QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension)
 }
 
-/// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the nearest one.
+/// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the
+/// nearest one.
 fn cell_at<const D: usize, const N: usize>(mesh: &Mesh<D, N>, region: &Region) -> f64 {
     let bounds = region.bounds();
     let middle = Vector::<D>::from_fn(|i| 0.5 * (bounds.lower[i] + bounds.upper[i]));
@@ -238,12 +241,6 @@ fn cell_at<const D: usize, const N: usize>(mesh: &Mesh<D, N>, region: &Region) -
     let nearest = || (0..mesh.elements().len()).min_by(|a, b| away(a).total_cmp(&away(b))).into_iter().collect();
     let chosen: Vec<usize> = [held, near].into_iter().find(|list| !list.is_empty()).unwrap_or_else(nearest);
     chosen.iter().map(|&e| size_of(mesh, e)).sum::<f64>() / chosen.len() as f64
-}
-
-/// The edge of a cube, in 2D a square, from which an element of a lattice would be cut: (D! V)^(1/D) [m].
-pub(in crate::case) fn size_of<const D: usize, const N: usize>(mesh: &Mesh<D, N>, element: usize) -> f64 {
-    let factorial: f64 = (1..=D).map(|k| k as f64).product();
-    (factorial * mesh.simplex(element).volume).powf(1.0 / D as f64)
 }
 
 /// A facet as segments (2D) or triangles (3D).

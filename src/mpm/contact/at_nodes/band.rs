@@ -25,7 +25,8 @@ use crate::mpm::contact::surface::SheetSurface;
 use crate::mpm::{Body, Particles};
 use crate::parallel;
 
-/// Signed distance δ_p of a particle from the planes of the sheet at the nodes around it [m], its half size r_p [m], and the mean normal.
+/// Signed distance δ_p of a particle from the planes of the sheet at the nodes around it [m], its half size r_p [m],
+/// and the mean normal.
 #[derive(Debug, Clone, Copy)]
 struct PlaneDistance<const D: usize> {
     distance: f64,
@@ -50,8 +51,8 @@ pub struct Band<'a, const D: usize> {
 }
 
 impl<const D: usize> Band<'_, D> {
-    /// Adds the arms to the particles of a body `near` the sheet to the normals of nodes where it is folded, each with the sign of the
-    /// particle's side (theory (D.9)).
+    /// Adds the arms to the particles of a body `near` the sheet to the normals of nodes where it is folded, each with
+    /// the sign of the particle's side (theory (D.9)).
     pub fn add_arms(&mut self, body: usize, near: &[u32], labels: &Labels) {
         let StepContext { grid, stencil, step, .. } = *self.context;
         let body = &self.context.bodies[body];

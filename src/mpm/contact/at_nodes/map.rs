@@ -1,8 +1,8 @@
 //! The map of a sheet to the grid by its samples, and the way back.
 //!
 //! ```text
-//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)      Lian (49), theory (D.3)
-//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r,   f_I = −ΣJ_I/Δt                                     Lian (59), theory (D.4)
+//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)     Lian (49), theory (D.3)
+//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r,   f_I = −ΣJ_I/Δt                                    Lian (59), theory (D.4)
 //! ```
 //!
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they

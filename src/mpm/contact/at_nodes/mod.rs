@@ -1,13 +1,13 @@
 //! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with Lian (55, 58, 59) corrected; theory
-//! D.2 to D.8): where a sheet and a body both have mass at a node and the gap between them closes within the sub-step, they
-//! exchange an impulse, which never pulls.
+//! D.2 to D.8): where a sheet and a body both have mass at a node and the gap between them closes within the sub-step,
+//! they exchange an impulse, which never pulls.
 //!
 //! ```text
-//! g + min(0, c w) Δt ≤ tol,  w = (v̄_s − v̄_r)·n,  c = ±1                  detection, n the normal of the sheet r, on whose side c the body s lies: theory (D.10)
-//! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                           stick, on s        Lian (54, 55)
-//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip, on s         Lian (56–58)
-//! p_s ← p_s + J                                                          the body           Lian (53)
-//! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r                      the sheet          Lian (59)
+//! g + min(0, c w) Δt ≤ tol,  w = (v̄_s − v̄_r)·n,  c = ±1      detection          theory (D.10)
+//! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)               stick, on s        Lian (54, 55)
+//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling   slip, on s         Lian (56–58)
+//! p_s ← p_s + J                                              the body           Lian (53)
+//! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r          the sheet          Lian (59)
 //! ```
 //!
 //! The sheet comes to the nodes by its samples (`samples`, `map`), the gaps from the particles around it (`band`), and

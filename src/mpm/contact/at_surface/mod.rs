@@ -1,23 +1,24 @@
 //! Contact of bodies with the surface of a sheet itself (theory D.9).
 //!
 //! ```text
-//! x_s = Σ_p w_p x_p                                      a point on the skin of a body that keeps its shape, or a
-//!                                                        particle of a fluid
-//! g   = c (d − δ) − r − t/2                              its gap: d, δ and n from `sheet::closest_point`, c its side, r the distance
-//!                                                        from there to the surface of the body
-//! w   = (Σ_I N_Is v̄_I − Σ_K W_K v̄_K)·n                   velocity at which it opens, N_Is = Σ_p w_p N_Ip
-//! J_n ≥ 0,  w + g/Δt ≥ 0,  J_n (w + g/Δt) = 0            the gap closes, at the earliest, at the end of the step
+//! x_s = Σ_p w_p x_p                             a point on the skin of a body that keeps its shape, or a
+//!                                               particle of a fluid
+//! g   = c (d − δ) − r − t/2                     its gap: d, δ and n from `sheet::closest_point`, c its side, r the distance
+//!                                               from there to the surface of the body
+//! w   = (Σ_I N_Is v̄_I − Σ_K W_K v̄_K)·n          velocity at which it opens, N_Is = Σ_p w_p N_Ip
+//! J_n ≥ 0,  w + g/Δt ≥ 0,  J_n (w + g/Δt) = 0   the gap closes, at the earliest, at the end of the step
 //! M⁻¹ = Σ_I N_Is²/m_I + Σ_K W_K²/m_K
-//! p_I ← p_I + N_Is J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
+//! p_I ← p_I + N_Is J,   v_K ← v_K − W_K J/m_K   the body through the grid, the sheet at its nodes
 //! ```
 //!
 //! All points together are one complementarity problem (`solver`; theory D.10). Where g < 0
-//! the condition on velocities is only that the overlap does not grow, so that contact dissipates energy and never adds any. Velocities
-//! that undo overlaps do add some, even where none exceeds that of the approach: a light node between heavy particles rebounds from one
-//! contact to the other. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
+//! the condition on velocities is only that the overlap does not grow, so that contact dissipates energy and never adds
+//! any. Velocities that undo overlaps do add some, even where none exceeds that of the approach: a light node between
+//! heavy particles rebounds from one contact to the other. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
 //!
-//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r_p) with half the size r_p of the
-//! particles. Only the particles move, for a sheet is light and stiff: displacements of its nodes would be strains, and rebound.
+//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r_p) with half the size r_p
+//! of the particles. Only the particles move, for a sheet is light and stiff: displacements of its nodes would be
+//! strains, and rebound.
 //!
 //! The load on the sheet acts where the body touches it, for any size of cells: contact at grid nodes spreads it over
 //! the support of the shape functions, and a sheet on a ball of a few cells takes the shape of a blunter one.
@@ -43,7 +44,8 @@ use hashbrown::HashMap;
 use solver::{ContactSolver, SheetMotion};
 use surface_contact::{EffectiveMass, SupportNode, SurfaceContact};
 
-/// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a particle.
+/// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a
+/// particle.
 const RECOVERY: f64 = 0.2;
 const LARGEST_CORRECTION: f64 = 0.05;
 
@@ -76,8 +78,8 @@ impl<const D: usize> AtSurface<D> {
         Self { tolerance, solver: ContactSolver::default(), members: Vec::new(), sides: HashMap::default(), dt: 0.0 }
     }
 
-    /// Labels the candidates of the body of this index, adds the contacts that may act during the step, and the particles with a side to
-    /// `guarded`. Returns how many candidates have crossed the sheet since the last step.
+    /// Labels the candidates of the body of this index, adds the contacts that may act during the step, and the
+    /// particles with a side to `guarded`. Returns how many candidates have crossed the sheet since the last step.
     fn find_of(
         &mut self,
         index: usize,
@@ -184,8 +186,8 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
         }
     }
 
-    /// Walls and obstacles come last in each sweep. Nothing is mapped, so that the nodes take up the impulses exactly, and one pass is
-    /// enough.
+    /// Walls and obstacles come last in each sweep. Nothing is mapped, so that the nodes take up the impulses exactly,
+    /// and one pass is enough.
     fn resolve(
         &mut self,
         sheet: &mut ContactSheet<D>,
@@ -323,8 +325,8 @@ impl<const D: usize> SidedCandidate<D> {
     }
 }
 
-/// Half size of a particle for the guard of positions [m]: no more than the distance from its centre to the surface of the body, or the
-/// guard would move particles, and with them the skin, that touch the sheet without overlap.
+/// Half size of a particle for the guard of positions [m]: no more than the distance from its centre to the surface of
+/// the body, or the guard would move particles, and with them the skin, that touch the sheet without overlap.
 fn guarded_size<const D: usize>(body: &Body<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
     let whole = half_size(&body.particles, p, normal, cell);
     if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).max(LEAST_REACH * whole).min(whole) }

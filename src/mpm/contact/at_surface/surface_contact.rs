@@ -53,7 +53,8 @@ pub struct SurfaceContact<const D: usize> {
     pub work: [f64; 2],
 }
 
-/// M of a contact along the normal [kg], 0 where nothing can move; and the largest contribution of the sheet to M⁻¹ across it [1/kg].
+/// M of a contact along the normal [kg], 0 where nothing can move; and the largest contribution of the sheet to M⁻¹
+/// across it [1/kg].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EffectiveMass {
     normal: f64,
@@ -109,14 +110,15 @@ impl<const D: usize> SurfaceContact<D> {
             self.effective_mass(inverse_mass, |_, inverse_mass, n| (0..D).map(|a| n[a] * n[a] * inverse_mass[a]).sum());
     }
 
-    /// True if a wall or an obstacle that holds a node of the sheet would release it under the change `delta` of the impulse
-    /// [N s]: M is larger while it is held.
+    /// True if a wall or an obstacle that holds a node of the sheet would release it under the change `delta` of the
+    /// impulse [N s]: M is larger while it is held.
     fn releases(&self, rigid: &RigidContacts<D>, delta: Vector<D>) -> bool {
         let mut nodes = self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0);
         delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.releases(k as usize, delta * -weight))
     }
 
-    /// Improves the impulse for the relative velocity `w` [m/s] where walls and obstacles may hold the sheet; returns its change [N s].
+    /// Improves the impulse for the relative velocity `w` [m/s] where walls and obstacles may hold the sheet; returns
+    /// its change [N s].
     pub fn improve_where_held(
         &mut self,
         w: Vector<D>,

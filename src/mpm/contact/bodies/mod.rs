@@ -1,7 +1,7 @@
-//! Contact between bodies, each in its own velocity field (theory D.14; Bardenhagen 2001, Nairn 2020).
+//! Contact between bodies, each in another velocity field (theory D.14; Bardenhagen 2001, Nairn 2020).
 //!
 //! ```text
-//! g − Δt max(0, (v̄_a − v̄_b)·n) ≤ tol                     detection: n from body a to body b, g the gap between their particles
+//! g − Δt max(0, (v̄_a − v̄_b)·n) ≤ tol             detection: n from body a to body b, g the gap between their particles
 //! J = m_a m_b/(m_a + m_b) (v̄_a − v̄_b)·n n, no pulling, and friction    on b, −J on a          (theory (D.12), (D.13))
 //! ```
 //!
@@ -224,7 +224,8 @@ impl<const D: usize> Pairwise<D> {
         }
     }
 
-    /// Per pair of fields: the impulse −Σ J on the first [N s], and normal and friction dissipation J·(v̂_a − v̂_b) [J] (theory (D.29)).
+    /// Per pair of fields: the impulse −Σ J on the first [N s], and normal and friction dissipation J·(v̂_a − v̂_b) [J]
+    /// (theory (D.29)).
     pub fn totals(&self, grid: &Grid<D>, dt: f64) -> Vec<ContactTotals<D>> {
         let mut sums = vec![ContactTotals::default(); self.pairs.len()];
         for contact in &self.contacts {

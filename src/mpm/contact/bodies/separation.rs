@@ -6,8 +6,8 @@
 //! w = argmin v·(b − a)                          until  |v|² − v·w ≤ ε |v|²;   v ← point of hull S next to 0
 //! ```
 //!
-//! Against a flat face the normal is that of the face, for any shape of the other body: a disc or the corner of a block slides over it
-//! without resistance. Fits of a plane to whole clouds, and gradients of mass, are tilted there.
+//! Against a flat face the normal is that of the face, for any shape of the other body: a disc or the corner of a block
+//! slides over it without resistance. Fits of a plane to whole clouds, and gradients of mass, are tilted there.
 
 use crate::math::Vector;
 use crate::math::dense::solve_semidefinite;

@@ -12,7 +12,8 @@ pub struct RigidContact<const D: usize> {
     /// K and W_K; a node has one.
     pub nodes: [u32; 4],
     pub weights: [f64; 4],
-    /// Distance from the surface at which the gap is zero: half the thickness, less the depth to which an element may cut in [m].
+    /// Distance from the surface at which the gap is zero: half the thickness, less the depth to which an element may
+    /// cut in [m].
     pub offset: f64,
     /// The step in which overlaps are undone is measured by this length [m].
     pub thickness: f64,
@@ -43,8 +44,8 @@ impl<const D: usize> RigidContact<D> {
         self.nodes.iter().zip(self.weights).map(|(&k, weight)| values[k as usize] * weight).sum()
     }
 
-    /// The gap of the point at `x` [m] from a solid that has moved on by `ahead` [m]: from its surface, if the point has
-    /// moved further than `far` since it was last measured.
+    /// The gap of the point at `x` [m] from a solid that has moved on by `ahead` [m]: from its surface, if the point
+    /// has moved further than `far` since it was last measured.
     pub fn measure(&mut self, solid: RigidBoundary<'_, D>, x: Vector<D>, ahead: Vector<D>, far: f64) {
         let there = x - ahead;
         if (there - self.anchor).norm_squared() > far * far {
@@ -93,8 +94,8 @@ impl<const D: usize> RigidContact<D> {
         self.friction > 0.0 && self.impulse.tangent.norm() < self.friction * self.impulse.normal.norm()
     }
 
-    /// Takes the part of the impulse `j` that presses against the solid, as long as the normal impulse stays positive; returns the rest
-    /// [N s].
+    /// Takes the part of the impulse `j` that presses against the solid, as long as the normal impulse stays positive;
+    /// returns the rest [N s].
     pub fn absorb(&mut self, j: Vector<D>) -> Vector<D> {
         let n = self.normal;
         let (along, normal_impulse) = (j.dot(n), self.impulse.normal.dot(n));

@@ -2,7 +2,7 @@
 //! elements (theory E.10).
 //!
 //! ```text
-//! w = Σ_K W_K v_K − v_w,   g = φ(x) − ½ t |n·ν|,   a = max(g, 0)/Δt                    φ: distance, n = ∇φ, ν: normal of the sheet
+//! w = Σ_K W_K v_K − v_w,   g = φ(x) − ½ t |n·ν|,   a = max(g, 0)/Δt        φ: distance, n = ∇φ, ν: normal of the sheet
 //! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K += W_K J/m_K
 //! ```
 //!
@@ -49,7 +49,7 @@ const SETTLED: f64 = 1e-10;
 /// A sheet next to walls and obstacles.
 #[derive(Debug, Default)]
 pub struct RigidContacts<const D: usize> {
-    /// Walls and obstacles whose friction with this sheet is not their own, by name.
+    /// Walls and obstacles whose friction with this sheet is given for the pair, by name.
     listed: Vec<(String, Friction)>,
     /// μ with each wall and obstacle; `None` without contact.
     friction: Vec<Option<f64>>,

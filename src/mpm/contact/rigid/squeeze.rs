@@ -1,11 +1,12 @@
-//! Points of a sheet that are squeezed: between two solids that close on it, or held by supports in the way of one (theory E.11).
+//! Points of a sheet that are squeezed: between two solids that close on it, or held by supports in the way of one
+//! (theory E.11).
 //!
 //! ```text
 //! n₁·n₂ ≈ −1:   φ₁ + φ₂ < t,   −(g₁ + g₂) = t − (φ₁ + φ₂) > 0             wherever between them the point is
 //! ```
 //!
-//! No impulse satisfies both contacts then, and the sheet would pass through one of the solids, unnoticed where that is thin. Nor does
-//! an impulse move a node that supports hold along the normal.
+//! No impulse satisfies both contacts then, and the sheet would pass through one of the solids, unnoticed where that is
+//! thin. Nor does an impulse move a node that supports hold along the normal.
 
 use super::{RigidContact, RigidContacts};
 use crate::math::Vector;
@@ -14,8 +15,8 @@ use crate::mpm::wall::Walls;
 /// Cosine between normals below which, within 26 degrees of opposite, nothing slips out sideways.
 const OPPOSITE: f64 = -0.9;
 
-/// The part of the thickness that may be squeezed away: what rounding and linear gaps are wrong by is far less. Below a half, so that a
-/// node that an obstacle presses against a wall is found before it leaves the grid.
+/// The part of the thickness that may be squeezed away: what rounding and linear gaps are wrong by is far less. Below a
+/// half, so that a node that an obstacle presses against a wall is found before it leaves the grid.
 const LARGEST_SQUEEZE: f64 = 0.4;
 
 /// A point is held along a normal if the axes that are free take up less than this of it.
@@ -46,8 +47,8 @@ pub struct Squeeze<const D: usize> {
 }
 
 impl<const D: usize> RigidContacts<D> {
-    /// The first squeezed point, `elapsed` [s] after the start of the step. Nodes are `held` along some axes: those that were held in an
-    /// obstacle from the start of the run may stay there.
+    /// The first squeezed point, `elapsed` [s] after the start of the step. Nodes are `held` along some axes: those
+    /// that were held in an obstacle from the start of the run may stay there.
     pub fn squeezed(
         &self,
         NodePositions { position, reference }: NodePositions<'_, D>,

@@ -9,7 +9,7 @@
 //! which lies above the facet by
 //!
 //! ```text
-//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)              exact to third order on spheres (Boubekeur & Alexa 2008, α = ½); theory (D.8)
+//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)   exact to third order on spheres (Boubekeur & Alexa 2008, α = ½); theory (D.8)
 //! ```
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, which has no preferred diagonal, so that

@@ -1,16 +1,19 @@
-//! The side of a particle is a constant of the run: positions are corrected at the end of a step, after sheets and particles have moved.
+//! The side of a particle is a constant of the run: positions are corrected at the end of a step, after sheets and
+//! particles have moved.
 //!
 //! ```text
-//! c d(x_p) ≥ r_min:   else   x_p ← x_p + (c r_min − d) n              d, n: exact distance from the moved facets, c: the side of p
+//! c d(x_p) ≥ r_min:   else   x_p ← x_p + (c r_min − d) n   d, n: exact distance from the moved facets, c: the side of p
 //! ```
 //!
-//! Contact stops velocities, not positions, so that particles under pressure creep towards a sheet, and through it where its elements
-//! are large or folded. The least distance r_min is a quarter of the particle's size; where layers are nearer to each other than that, it is
-//! halved until all distances are kept. A particle for which this fails is put next to the facet that it was next to at the start of the step.
-//! No particle is ever on the wrong side of a sheet that it has a side of (theory D.12). A particle is checked only when it and the sheet
-//! together have moved by as much as it was farther away than r_min at the start of the step.
+//! Contact stops velocities, not positions, so that particles under pressure creep towards a sheet, and through it
+//! where its elements are large or folded. The least distance r_min is a quarter of the particle's size; where layers
+//! are nearer to each other than that, it is halved until all distances are kept. A particle for which this fails is
+//! put next to the facet that it was next to at the start of the step. No particle is ever on the wrong side of a sheet
+//! that it has a side of (theory D.12). A particle is checked only when it and the sheet together have moved by as much
+//! as it was farther away than r_min at the start of the step.
 //!
-//! Neither momentum nor energy changes; the work that the forces would have done along the displacement is booked (`shifting`).
+//! Neither momentum nor energy changes; the work that the forces would have done along the displacement is booked
+//! (`shifting`).
 
 use super::closest_point::Nearest;
 use crate::math::Vector;
@@ -21,8 +24,8 @@ use crate::parallel;
 /// The least distance from a sheet over the particle's half size.
 const LEAST_SHEET_DISTANCE: f64 = 0.5;
 
-/// Error of heights [cells] that are not those of the particle from the facets: beside folds as the nodes see them, and where the point on
-/// a skin stands for its particles.
+/// Error of heights [cells] that are not those of the particle from the facets: beside folds as the nodes see them, and
+/// where the point on a skin stands for its particles.
 pub const HEIGHT_ERROR: f64 = 0.25;
 
 /// Most halvings of the least distance where layers leave no room, and corrections of positions for each.
@@ -123,8 +126,8 @@ pub struct MovedSheet<'a, const D: usize> {
     pub position: &'a [Vector<D>],
 }
 
-/// Particles that have moved farther than their margin in the step, with their bodies and sheets: each once for a sheet, in the order of
-/// bodies and particles. `travel` [m]: how far the nodes of each sheet moved at most.
+/// Particles that have moved farther than their margin in the step, with their bodies and sheets: each once for a
+/// sheet, in the order of bodies and particles. `travel` [m]: how far the nodes of each sheet moved at most.
 pub fn particles_to_check<const D: usize>(
     guarded: &[GuardedParticle<D>],
     travel: &[f64],
@@ -138,8 +141,8 @@ pub fn particles_to_check<const D: usize>(
     left
 }
 
-/// The displacements that keep the particles to check on their sides of all sheets next to them; those of `guarded` that belong to one
-/// particle need not follow each other.
+/// The displacements that keep the particles to check on their sides of all sheets next to them; those of `guarded`
+/// that belong to one particle need not follow each other.
 pub fn keep_sides<const D: usize>(
     guarded: &[GuardedParticle<D>],
     to_check: &[(u32, u32, u32)],
@@ -168,7 +171,8 @@ pub fn keep_sides<const D: usize>(
     parallel::collect(wrong.len(), CORRECTIONS, correct)
 }
 
-/// The displacement from `x` [m] to the distance `least_distance` [m] from the sheet on the particle's side; `None` where `x` is as far.
+/// The displacement from `x` [m] to the distance `least_distance` [m] from the sheet on the particle's side; `None`
+/// where `x` is as far.
 fn correction<const D: usize>(
     near: &GuardedParticle<D>,
     sheets: &[MovedSheet<'_, D>],

@@ -167,7 +167,8 @@ fn inverse_mass<const D: usize>(mass: &[f64], held: &[[bool; D]], k: usize) -> V
     Vector::from_fn(|axis| if held[k][axis] { 0.0 } else { 1.0 / mass[k] })
 }
 
-/// Sides of a body's particles at the start of the run: that of their region with respect to the sheet with this number.
+/// Sides of a body's particles at the start of the run: that of their region with respect to the sheet with this
+/// number.
 fn labels<const D: usize>(body: &Body<D>, sheet: usize) -> Labels {
     let region_side = body.part.sides.get(sheet).copied().filter(|&side| side != 0.0);
     Labels { region_side, ..Labels::default() }

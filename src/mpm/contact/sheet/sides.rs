@@ -1,6 +1,7 @@
 //! Sides of a sheet on which particles are, from step to step.
 
-/// Sides of the particles of one body with respect to one sheet, by identity, as found in the last step in which each was near.
+/// Sides of the particles of one body with respect to one sheet, by identity, as found in the last step in which each
+/// was near.
 #[derive(Debug, Default)]
 pub struct Labels {
     /// Step · 8 + (1: +, 2: −, 0: beyond an edge) + (4: counted as crossed).

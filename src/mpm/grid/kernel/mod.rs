@@ -4,8 +4,8 @@
 //! Σ N_I = 1, Σ ∇N_I = 0 and Σ N_I x_I = x on the unbounded lattice; walls keep these through ghost
 //! nodes (see `ghost`), so the weights themselves know nothing of walls.
 //!
-//! A kernel is one file, with its weights for one particle (the specification) and for eight (the transfers), and one line in
-//! the list below.
+//! A kernel is one file, with its weights for one particle (the specification) and for eight (the transfers), and one
+//! line in the list below.
 
 mod cubic;
 mod gimp;
@@ -23,8 +23,9 @@ use crate::math::simd::Lanes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Declares the kernels: the choice of the case file, the shape functions of a body, and the macro `with_shape`, which runs
-/// an expression with the concrete [`ShapeFunction`] of a [`Kernel`]. The `$` is for the macro that is declared within.
+/// Declares the kernels: the choice of the case file, the shape functions of a body, and the macro `with_shape`, which
+/// runs an expression with the concrete [`ShapeFunction`] of a [`Kernel`]. The `$` is for the macro that is declared
+/// within.
 macro_rules! kernels {
     ($d:tt $( $(#[$doc:meta])* $Name:ident ),+ $(,)?) => {
         /// Shape functions.
@@ -98,7 +99,8 @@ pub(crate) trait ShapeFunction<const S: usize>: Copy + Send + Sync {
     const SMOOTH: bool;
     /// The first position of block 0 [cells]: that at which the support of a particle begins, as far as a tile allows.
     const WINDOW: f64;
-    /// Distance by which a particle may leave its block before its support leaves the block's tile [cells] (`transfer::bins`).
+    /// Distance by which a particle may leave its block before its support leaves the block's tile [cells]
+    /// (`transfer::bins`).
     const SLACK: f64;
 
     /// The shape functions of particles of half length `half` [cells].

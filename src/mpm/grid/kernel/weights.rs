@@ -24,9 +24,9 @@ impl<L: Lanes, const W: usize> Weights<L, W> {
         Self { n, gradient, moment }
     }
 
-    /// Makes the moments of the nodes that ghosts beyond `plane` are folded to (u_g = 2 u_0 − u_1) those of these nodes'
-    /// own places: N_0 d_0 + 2 N_g d_g → (N_0 + 2 N_g) d_0 and N_1 d_1 − N_g d_g → (N_1 − N_g) d_1, for supports that
-    /// begin at `base`. `inward` is the sign of the direction into the domain.
+    /// Makes the moments of the nodes that ghosts beyond `plane` are folded to (u_g = 2 u_0 − u_1) those of these
+    /// places of the nodes: N_0 d_0 + 2 N_g d_g → (N_0 + 2 N_g) d_0 and N_1 d_1 − N_g d_g → (N_1 − N_g) d_1, for
+    /// supports that begin at `base`. `inward` is the sign of the direction into the domain.
     #[inline(always)]
     pub fn fold_moments(&mut self, base: L, plane: f64, inward: f64) {
         let (zero, ghost) = (L::splat(0.0), L::splat(plane - inward));

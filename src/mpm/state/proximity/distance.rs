@@ -1,8 +1,8 @@
 //! Distance between two elements: segments in the plane; triangles and quadrilaterals in space.
 //!
-//! A quadrilateral is the fan of four triangles around its mean point, as contact sees it. Two triangles that don't cross are
-//! nearest to each other at points of two edges, or at a corner of one and its foot inside the other; if they cross, an edge of
-//! one goes through the other (Ericson 2005, Real-Time Collision Detection, 5.1.9 and 5.3).
+//! A quadrilateral is the fan of four triangles around its mean point, as contact sees it. Two triangles that don't
+//! cross are nearest to each other at points of two edges, or at a corner of one and its foot inside the other; if they
+//! cross, an edge of one goes through the other (Ericson 2005, Real-Time Collision Detection, 5.1.9 and 5.3).
 
 use crate::math::Vector;
 
@@ -18,7 +18,8 @@ pub struct Approach {
     pub place: Vector<3>,
 }
 
-/// The shortest line between two elements, each given by its corners [m]; `None` if it is not shorter than `within` [m].
+/// The shortest line between two elements, each given by its corners [m]; `None` if it is not shorter than `within`
+/// [m].
 pub fn approach(a: &[Vector<3>], b: &[Vector<3>], within: f64) -> Option<Approach> {
     let mut best = ShortestLine { square: within * within, place: None };
     let (pieces, others) = (Fan::new(a), Fan::new(b));

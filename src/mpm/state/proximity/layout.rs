@@ -200,8 +200,8 @@ impl Layout {
         self.sheets[a.sheet as usize].part == self.sheets[b.sheet as usize].part
     }
 
-    /// True if two elements with the mean thickness `reach` [m] were so near to each other at the start that their distance now tells
-    /// nothing.
+    /// True if two elements with the mean thickness `reach` [m] were so near to each other at the start that their
+    /// distance now tells nothing.
     pub fn began_near(&self, a: Element, b: Element, reach: f64) -> bool {
         let within = if self.together(a, b) { BESIDE * reach } else { reach };
         let [x, y] = [a, b].map(|e| self.corners(e, &self.sheets[e.sheet as usize].reference));

@@ -1,16 +1,19 @@
-//! Detection of sheets that come near each other, or themselves (theory D.17). Contact between sheets is not resolved; it is reported.
+//! Detection of sheets that come near each other, or themselves (theory D.17). Contact between sheets is not resolved;
+//! it is reported.
 //!
-//! Two elements are in contact where they cross, or where they are nearer to each other than the mean τ of their thicknesses. Elements that
-//! share a node, or have nodes at the same places and so are joined there, don't count; nor do those that were as near at the start: of one
-//! sheet twice as near, because a sheet that is compressed along itself brings its elements together, too.
+//! Two elements are in contact where they cross, or where they are nearer to each other than the mean τ of their
+//! thicknesses. Elements that share a node, or have nodes at the same places and so are joined there, don't count; nor
+//! do those that were as near at the start: of one sheet twice as near, because a sheet that is compressed along itself
+//! brings its elements together, too.
 //!
 //! ```text
-//! ½ min(max(g, τ_min), ½ L)                displacement of nodes until the next survey: g: least gap between elements that count, less τ;
-//!                                          L: length of elements                                                          (theory (D.31))
+//! ½ min(max(g, τ_min), ½ L)   displacement of nodes until the next survey: g: least gap between elements that count, less τ;
+//!                             L: length of elements                                       (theory (D.31))
 //! ```
 //!
-//! Two sheets that approach each other are thus detected while they are within τ, before they have passed. Where sheets are so fast that
-//! surveys would cost more than 2 % of the run, they are rarer. All of this follows from counts, never from times.
+//! Two sheets that approach each other are thus detected while they are within τ, before they have passed. Where sheets
+//! are so fast that surveys would cost more than 2 % of the run, they are rarer. All of this follows from counts, never
+//! from times.
 
 pub mod distance;
 mod layout;
@@ -35,8 +38,8 @@ const WORK_RATIO: f64 = 60.0;
 /// Work of surveys that is negligible in any run [sub-steps of an element].
 const FREE_WORK: f64 = 1e6;
 
-/// Cost of a survey per element, per element that it compares, and per pair that it measures; and of the test how far nodes have moved,
-/// per element: in sub-steps of an element or steps of a particle.
+/// Cost of a survey per element, per element that it compares, and per pair that it measures; and of the test how far
+/// nodes have moved, per element: in sub-steps of an element or steps of a particle.
 const COST: [f64; 4] = [0.5, 0.5, 4.0, 0.05];
 
 /// Surveys of the distances between sheets during a run.
@@ -86,7 +89,8 @@ impl<const D: usize> Proximity<D> {
         (self.allowance, self.work) = (0.0, FREE_WORK);
     }
 
-    /// Surveys the sheets if nodes have moved far enough, after `work` elements and particles were moved; `t` is the end of the sub-step [s].
+    /// Surveys the sheets if nodes have moved far enough, after `work` elements and particles were moved; `t` is the
+    /// end of the sub-step [s].
     pub fn watch(&mut self, membranes: &[Membrane<D>], work: u64, t: f64) {
         self.work += work as f64;
         let (sheets, count) = (membranes.len(), self.layout.count() as f64);

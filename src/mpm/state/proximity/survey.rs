@@ -1,7 +1,7 @@
 //! One survey of all sheets: elements that aren't neighbours and are near to each other.
 //!
-//! Elements are grouped in patches. Most patches are near to those alone that they are joined with, and are nearly flat together, so that
-//! no elements in them are in contact. Elements of all other pairs of patches are compared.
+//! Elements are grouped in patches. Most patches are near to those alone that they are joined with, and are nearly flat
+//! together, so that no elements in them are in contact. Elements of all other pairs of patches are compared.
 
 use super::distance::approach;
 use super::layout::{Element, Layout};
@@ -14,7 +14,8 @@ use std::collections::BTreeMap;
 /// Elements count as at least this thick, over their lengths.
 const THIN: f64 = 0.02;
 
-/// Half the angle of a cone, in which the normals of a connected piece lie that has no contact with itself (Volino & Magnenat-Thalmann 1994).
+/// Half the angle of a cone, in which the normals of a connected piece lie that has no contact with itself (Volino &
+/// Magnenat-Thalmann 1994).
 const FLAT: f64 = 1.2;
 
 /// Patches per parallel task.
@@ -58,7 +59,8 @@ impl ElementContact {
 pub struct SurveyResult {
     /// The nearest contact of each two sheets, and of each with itself.
     pub contacts: BTreeMap<[u32; 2], ElementContact>,
-    /// The least distance, beyond their thickness, of elements that are neither in contact nor neighbours [m]; at most the margin.
+    /// The least distance, beyond their thickness, of elements that are neither in contact nor neighbours [m]; at most
+    /// the margin.
     pub gap: f64,
     /// Elements that were compared with those of another patch, and pairs that were measured.
     pub compared: usize,
@@ -173,8 +175,8 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
         corners.all().iter().map(own).fold(BoundingBox::EMPTY, BoundingBox::union)
     }
 
-    /// Measures the distances between the elements of two patches, or of one among each other, unless they are one nearly
-    /// flat piece, which has no contact with itself.
+    /// Measures the distances between the elements of two patches, or of one among each other, unless they are one
+    /// nearly flat piece, which has no contact with itself.
     fn compare(&self, [p, q]: [usize; 2], bounds: &[PatchBounds], found: &mut SurveyResult) {
         let (first, second) = (&bounds[p], &bounds[q]);
         let axis = (first.axis + second.axis).normalized().unwrap_or_default();

@@ -3,34 +3,38 @@
 //! A body meets an obstacle at points x_c of its surface. There, with the shape functions of the bodies,
 //!
 //! ```text
-//! u = Σ_I N_I(x_c) v_I,   M⁻¹ = Σ_I N_I(x_c)²/m_I,   p_I ← p_I + N_I(x_c) J          J on the body: so that u satisfies the condition
+//! u = Σ_I N_I(x_c) v_I,   M⁻¹ = Σ_I N_I(x_c)²/m_I,   p_I ← p_I + N_I(x_c) J   J on the body: so that u satisfies the condition
 //! ```
 //!
-//! Of an obstacle that binds, x_c are the feet of the nodes within half a cell: on average one per cell of the surface, however it is
-//! turned. Of one that bodies may leave they are the feet of the particles that show the body's surface, each with its gap g = d(x_p) − r_p(n)
-//! (theory (D.7)), which closes, at the earliest, at the end of the step (theory (E.7)):
+//! Of an obstacle that binds, x_c are the feet of the nodes within half a cell: on average one per cell of the surface,
+//! however it is turned. Of one that bodies may leave they are the feet of the particles that show the body's surface,
+//! each with its gap g = d(x_p) − r_p(n) (theory (D.7)), which closes, at the earliest, at the end of the step
+//! (theory (E.7)):
 //!
 //! ```text
 //! binding   (u − v_w)·ν = 0, or u = v_w
 //! contact   J_n ≥ 0,  (u − v_w)·ν + max(g, 0)/Δt ≥ 0,  one of them zero;   ‖J_t‖ ≤ μ J_n
 //! ```
 //!
-//! Particles that creep towards an obstacle that binds, between its points, are stopped at half their reach, as by contact without friction.
+//! Particles that creep towards an obstacle that binds, between its points, are stopped at half their reach, as by
+//! contact without friction.
 //!
-//! A body with the pressure p that ends at the surface has the forces p ∫ ∇N_I dV = p N_I(x_c) ν on its nodes: the impulses give back just that.
-//! Conditions at the nodes themselves would leave the forces p N_I on those in front, and the body would come to rest up to half a cell off,
-//! where its particles balance them.
+//! A body with the pressure p that ends at the surface has the forces p ∫ ∇N_I dV = p N_I(x_c) ν on its nodes: the
+//! impulses give back just that. Conditions at the nodes themselves would leave the forces p N_I on those in front, and
+//! the body would come to rest up to half a cell off, where its particles balance them.
 //!
-//! A node at the edge of the particles' supports has very little mass, but not very little N_I(x_c): it would take up the impulses, and the
-//! body pass through. No particle that lies at the point has a larger share of a node than m_I/m_p; nor has the point:
+//! A node at the edge of the particles' supports has very little mass, but not very little N_I(x_c): it would take up
+//! the impulses, and the body pass through. No particle that lies at the point has a larger share of a node than
+//! m_I/m_p; nor has the point:
 //!
 //! ```text
-//! N_I(x_c) ← min(N_I(x_c), m_I/m̄),   m̄ = 2⁻ᴰ Σ N_I(x_c) m_I: mass of a particle, two per cell and direction; then Σ N_I = 1 again
+//! N_I(x_c) ← min(N_I(x_c), m_I/m̄),   m̄ = 2⁻ᴰ Σ N_I(x_c) m_I: mass of a particle, two per cell and
+//!                                     direction; then Σ N_I = 1 again
 //! ```
 //!
-//! The velocity that FLIP gives a node is that of the mean place of its particles, x̄_I = Σ m_p N_Ip x_p/m_I, which at the edge of a body
-//! lies inside of it: u is that of the body up to a quarter of a cell below its surface. Sliding velocities are those of the surface itself,
-//! with tilted weights
+//! The velocity that FLIP gives a node is that of the mean place of its particles, x̄_I = Σ m_p N_Ip x_p/m_I, which at
+//! the edge of a body lies inside of it: u is that of the body up to a quarter of a cell below its surface. Sliding
+//! velocities are those of the surface itself, with tilted weights
 //!
 //! ```text
 //! W_I = N_I (1 + γ (x̄_I − x̃)·ν),   x̃ = Σ N_I x̄_I,   γ so that Σ W_I x̄_I·ν = x_c·ν
@@ -39,8 +43,9 @@
 //! for the tangential parts of u and J: a rigid motion is exact, and so is the angular momentum that friction gives.
 //! Without, a wheel would roll on a radius that is too short.
 //!
-//! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric of the masses, so that
-//! obstacles at rest take energy and never give any, converged or not, without friction by proof (theory E.7).
+//! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric
+//! of the masses, so that obstacles at rest take energy and never give any, converged or not, without friction by proof
+//! (theory E.7).
 
 mod point;
 mod step;
@@ -93,8 +98,8 @@ struct Iterate<const D: usize> {
 }
 
 impl<const D: usize> SurfacePoints<D> {
-    /// Replaces the points of the step before, and finds the nodes around them, which hold (m, p). Points of obstacles that bind are left
-    /// out where no body is.
+    /// Replaces the points of the step before, and finds the nodes around them, which hold (m, p). Points of obstacles
+    /// that bind are left out where no body is.
     pub fn find(
         &mut self,
         grid: &Grid<D>,
@@ -147,7 +152,8 @@ impl<const D: usize> SurfacePoints<D> {
         }
     }
 
-    /// The mean places of the particles [m], node by node: Σ m_p N_Ip x_p/m_I over what `each` hands on, mass, place and its nodes.
+    /// The mean places of the particles [m], node by node: Σ m_p N_Ip x_p/m_I over what `each` hands on, mass, place
+    /// and its nodes.
     pub fn mean_places(&self, each: impl Fn(&mut dyn FnMut(usize, f64, Vector<D>))) -> Vec<Vector<D>> {
         let mut sums = vec![Vector::ZERO; self.nodes.len()];
         each(&mut |node, mass, x| {
@@ -206,8 +212,8 @@ impl<const D: usize> SurfacePoints<D> {
         })
     }
 
-    /// The impulses that make the velocities at all points what `law` asks for: `nodal` gives the velocity of a node [m/s], `walls` that of
-    /// the wall at a point, `given` what it has had already [N s].
+    /// The impulses that make the velocities at all points what `law` asks for: `nodal` gives the velocity of a node
+    /// [m/s], `walls` that of the wall at a point, `given` what it has had already [N s].
     pub fn solve(
         &self,
         nodal: impl Fn(usize) -> Vector<D>,
@@ -241,7 +247,8 @@ impl<const D: usize> SurfacePoints<D> {
         SurfaceImpulses { mirrored: self.mirrored(&points), points, nodes }
     }
 
-    /// The parts of these impulses at the points that nodes don't get [N s], by side: those along a mirror's normal on the images of nodes.
+    /// The parts of these impulses at the points that nodes don't get [N s], by side: those along a mirror's normal on
+    /// the images of nodes.
     fn mirrored(&self, impulses: &[Vector<D>]) -> Vec<(usize, Vector<D>)> {
         let mut kept = Vec::new();
         for (point, &j) in self.points.iter().zip(impulses).filter(|(_, j)| **j != Vector::ZERO) {

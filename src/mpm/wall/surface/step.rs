@@ -36,7 +36,7 @@ impl<const D: usize> Walls<D> {
         }
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
         surface.find(grid, &stencil, nodes, self.binding_points.iter().copied().chain(points));
-        // With APIC a node has the velocity of its own place.
+        // With APIC a node has the velocity of its place.
         let flip = bodies.all.iter().all(|(_, body)| body.particles.affine.is_empty());
         if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
             let near = bodies.all.iter().flat_map(|&(_, body)| {
@@ -65,8 +65,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The feet of the particles that may touch an obstacle during the step; one that binds holds the body between them, and only stops
-    /// particles that creep towards it.
+    /// The feet of the particles that may touch an obstacle during the step; one that binds holds the body between
+    /// them, and only stops particles that creep towards it.
     fn points_of_particles(
         &self,
         grid: &Grid<D>,
@@ -108,8 +108,8 @@ impl<const D: usize> Walls<D> {
         self.change_start(field, nodes, &solved);
     }
 
-    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns the largest impulse at a
-    /// point so far [N s].
+    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns the largest impulse at
+    /// a point so far [N s].
     pub(in crate::mpm::wall) fn surface_trial(
         &mut self,
         field: usize,
@@ -144,8 +144,9 @@ impl<const D: usize> Walls<D> {
         largest
     }
 
-    /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. If
-    /// p̄ but not p⁻ might approach by that gap, the particles that are stopped here would get more than they lost.
+    /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap
+    /// is by rounding. If p̄ but not p⁻ might approach by that gap, the particles that are stopped here would get more
+    /// than they lost.
     pub(in crate::mpm::wall) fn bind_lasting_contacts(
         &mut self,
         field: usize,
@@ -286,7 +287,8 @@ mod tests {
 
     const CELL: f64 = 0.5;
 
-    /// A floor of this kind whose surface lies `height` cells above a row of nodes, in a grid all of whose nodes have mass.
+    /// A floor of this kind whose surface lies `height` cells above a row of nodes, in a grid all of whose nodes have
+    /// mass.
     fn floor(kind: WallKind, height: f64) -> (Grid<2>, Walls<2>, Vec<Node<2>>) {
         let walls = std::array::from_fn(|_| [Wall::default(), Wall::default()]);
         let setup = GridSetup { lower: Vector::ZERO, cell: CELL, cells: [12, 8], walls };
@@ -314,11 +316,11 @@ mod tests {
     }
 
     fn step() -> LeapfrogStep {
-        LeapfrogStep { t: 0.0, dt: 0.1, dt_before: 0.1, momentum_dt: 0.1 }
+        LeapfrogStep { t: 0.0, dt: 0.1, dt_previous: 0.1, momentum_dt: 0.1 }
     }
 
-    /// A body with a constant pressure that ends at the surface pushes its nodes by p N_I(x_c) per point: the surface balances all of
-    /// it, at any height between the nodes and for any masses.
+    /// A body with a constant pressure that ends at the surface pushes its nodes by p N_I(x_c) per point: the surface
+    /// balances all of it, at any height between the nodes and for any masses.
     #[test]
     fn a_constant_pressure_is_given_back_at_every_node() {
         for height in [0.0, 0.2, 0.5, 0.9] {
@@ -339,7 +341,8 @@ mod tests {
         }
     }
 
-    /// An obstacle at rest takes kinetic energy and never gives any, of whatever kind, and the impulses that are booked are what the nodes got.
+    /// An obstacle at rest takes kinetic energy and never gives any, of whatever kind, and the impulses that are booked
+    /// are what the nodes got.
     #[test]
     fn obstacles_at_rest_give_no_energy() {
         let rough = WallKind::Friction { coefficient: 0.4 };

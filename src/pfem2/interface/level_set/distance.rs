@@ -180,7 +180,7 @@ impl<const D: usize> InterfacePolygons<D> {
     }
 
     /// Goes from facet to facet, through neighbouring elements, as long as they come nearer to `x`: the nearest
-    /// facet of a neighbour is close to the own one, but need not be it.
+    /// facet of a neighbour is close to that of the node, but need not be it.
     fn descend<const N: usize>(&self, mesh: &Mesh<D, N>, start: u32, x: Vector<D>) -> Sight {
         let mut best = self.seen(start, x);
         loop {

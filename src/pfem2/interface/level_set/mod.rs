@@ -1,18 +1,18 @@
 //! The level set φ at the nodes, whose zero is the interface between two fluids; negative in the fluid `inside`.
 //!
 //! ```text
-//! pseudo     φ_i = Σ_p ±N_i / Σ_p N_i                                                   Becker (37), theory (G.2)
-//! sharp      φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid        theory (G.3)
-//! volume     find δ with V⁻(φ + δ) = V₀ − ∫∮_{φ<0} v*·n dA dt:  φ ← φ + δ                theory (G.7)
+//! pseudo   φ_i = Σ_p ±N_i / Σ_p N_i                                                   Becker (37), theory (G.2)
+//! sharp    φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid   theory (G.3)
+//! volume   find δ with V⁻(φ + δ) = V₀ − ∫∮_{φ<0} v*·n dA dt:  φ ← φ + δ                theory (G.7)
 //! ```
 //!
 //! An average of signs is no distance: with n particles per element its zero line is noisy by h/√n. Depths that
 //! travel with the particles and are averaged without an error in linear fields keep the line smooth to second
 //! order. Every few steps they are measured anew. Particles farther than two elements from the interface take the
-//! distance of their place from the cut polygons (see `distance`). Nearer ones only lose what has stretched φ by much, and
-//! keep what it doesn't show (see `rescaled`): polygons cut corners, and measuring from them would shrink every drop a little
-//! each time. A particle keeps its fluid whatever φ says; where φ disagrees, it also keeps its depth and so pulls the line
-//! back: films thinner than an element come back when they grow.
+//! distance of their place from the cut polygons (see `distance`). Nearer ones only lose what has stretched φ by much,
+//! and keep what it doesn't show (see `rescaled`): polygons cut corners, and measuring from them would shrink every
+//! drop a little each time. A particle keeps its fluid whatever φ says; where φ disagrees, it also keeps its depth and
+//! so pulls the line back: films thinner than an element come back when they grow.
 //!
 //! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations. What leaves
 //! through open boundaries is counted (see `outflow`) and reported as well.
@@ -47,24 +47,24 @@ use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
 use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
 
-/// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one only, what
-/// the farther ones lose of a curve came back through slopes, and capillary waves grew.
+/// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one
+/// only, what the farther ones lose of a curve came back through slopes, and capillary waves grew.
 const CORRECTION_BAND: f64 = 2.0;
 
-/// Depths are measured up to this many edges. A slope at the node of a near element looks at nodes two edges farther away, these at
-/// particles of elements whose nodes are three edges away, and the gradients at these at particles four edges away: none of
-/// them may be cut off.
+/// Depths are measured up to this many edges. A slope at the node of a near element looks at nodes two edges farther
+/// away, these at particles of elements whose nodes are three edges away, and the gradients at these at particles four
+/// edges away: none of them may be cut off.
 const BAND: f64 = CORRECTION_BAND + 4.0;
 
 /// Steps between two measurements of the depths (theory G.3).
 const MEASURED_EVERY: usize = 10;
 
-/// A stretch that is taken away as a whole (theory G.3); of smaller ones the square of their part of it: each measurement moves the line a
-/// little, and waves that stretch depths to and fro need none.
+/// A stretch that is taken away as a whole (theory G.3); of smaller ones the square of their part of it: each
+/// measurement moves the line a little, and waves that stretch depths to and fro need none.
 const STRETCHED: f64 = 0.3;
 
-/// Depths differ from the distance to the polygons by at most this part of an edge: near ridges of φ, as in the middle of a film,
-/// its slope means nothing.
+/// Depths differ from the distance to the polygons by at most this part of an edge: near ridges of φ, as in the middle
+/// of a film, its slope means nothing.
 const SLACK: f64 = 0.1;
 
 /// The depth of what flows in is that of the inlet where the line of the state agrees with it within this part of an
@@ -111,8 +111,8 @@ impl LevelSet {
         set
     }
 
-    /// φ from the depths that the particles carried here and what `openings` bring, continued into solids; every tenth time depths
-    /// are measured anew.
+    /// φ from the depths that the particles carried here and what `openings` bring, continued into solids; every tenth
+    /// time depths are measured anew.
     pub fn update<const D: usize, const N: usize>(
         &mut self,
         region: &FluidRegion<D, N>,
@@ -157,7 +157,8 @@ impl LevelSet {
         if fluid == self.inside { -1.0 } else { 1.0 }
     }
 
-    /// Nodes whose particles are all deeper than the band take ± the band; nodes without particles keep φ, `before` [m].
+    /// Nodes whose particles are all deeper than the band take ± the band; nodes without particles keep φ, `before`
+    /// [m].
     fn average<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,

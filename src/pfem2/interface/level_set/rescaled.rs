@@ -6,10 +6,10 @@
 //! ```
 //!
 //! An interface stretches what lies on both sides of it differently, and the mesh bends φ at its nodes. Each element
-//! straightens its own part of the way, so that a plane line keeps its place whatever slopes φ has beside it, and a curve keeps
-//! what its polygon cuts off. One mean slope for a whole neighbourhood doesn't: it moved the line by 2 % of the way it had gone
-//! since the last measurement. Late by five steps on average, that fed waves: those of 40 elements had 2.4 times their energy after
-//! ten periods.
+//! straightens its part of the way, so that a plane line keeps its place whatever slopes φ has beside it, and a
+//! curve keeps what its polygon cuts off. One mean slope for a whole neighbourhood doesn't: it moved the line by 2 % of
+//! the way it had gone since the last measurement. Late by five steps on average, that fed waves: those of 40 elements
+//! had 2.4 times their energy after ten periods.
 
 use super::LevelSet;
 use crate::math::Vector;

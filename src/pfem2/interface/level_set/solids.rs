@@ -1,13 +1,13 @@
 //! φ and shares of fluids at nodes inside of solids (theory (G.29)).
 //!
 //! ```text
-//! φ_i = ⟨φ_k + (x_i − x_k)·G_k⟩        node i inside, known nodes k of its elements, G_k: mean of the known ∇φ_e around k
-//! f_i = ⟨f_k⟩                          row by row from the surface inwards
+//! φ_i = ⟨φ_k + (x_i − x_k)·G_k⟩     node i inside, known nodes k of its elements, G_k: mean of the known ∇φ_e around k
+//! f_i = ⟨f_k⟩                       row by row from the surface inwards
 //! ```
 //!
-//! Nodes inside that see particles beside the solid have an average of their own, exact for linear fields. So a plane interface that
-//! meets a solid goes on as a plane behind its surface, whatever their angle, and fluids at rest stay at rest there. Nodes that a
-//! solid leaves behind have the side of the fluid around them.
+//! Nodes inside that see particles beside the solid have an average, exact for linear fields. So a plane
+//! interface that meets a solid goes on as a plane behind its surface, whatever their angle, and fluids at rest stay at
+//! rest there. Nodes that a solid leaves behind have the side of the fluid around them.
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -60,7 +60,8 @@ pub fn continue_shares<const D: usize, const N: usize>(region: &FluidRegion<D, N
     );
 }
 
-/// Calls `fill` with the rows of nodes inside of solids from the surface inwards, each beside nodes that are known by then.
+/// Calls `fill` with the rows of nodes inside of solids from the surface inwards, each beside nodes that are known by
+/// then.
 fn inwards<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     seen: impl Fn(usize) -> bool,

@@ -6,7 +6,7 @@
 //! dλ_k/dt = Σ_j A_kj λ_j + b_k,   A_kj = B_kj − B_kD,   b_k = B_kD,   N_D = 1 − Σ λ_k
 //! ```
 //!
-//! Every lane holds a particle in an element of its own, and takes the next one when it has arrived. What is out of the
+//! Every lane holds a particle and its element, and takes the next one when it has arrived. What is out of the
 //! ordinary (walls, exits that the rates don't foresee, flights) goes on alone, from where it entered its element.
 //! Lanes know nothing of each other, so that no result depends on who shares the registers.
 

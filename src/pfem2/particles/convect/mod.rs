@@ -38,7 +38,7 @@ pub struct Flow<'a, const D: usize> {
     pub velocity: &'a [Vector<D>],
     /// Kind of each facet of [`Mesh::boundary`].
     pub boundary: &'a [BoundaryKind],
-    /// Set if dense fluids follow their own side of the interface.
+    /// Set if dense fluids follow their side of the interface.
     pub projectiles: Option<Projectiles<'a, D>>,
 }
 

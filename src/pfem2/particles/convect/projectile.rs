@@ -1,4 +1,4 @@
-//! Heavy particles in a light fluid (Becker (36); theory G.13): they follow the velocity of their own side of the
+//! Heavy particles in a light fluid (Becker (36); theory G.13): they follow the velocity of their side of the
 //! interface, and fly on freely beyond it.
 //!
 //! ```text

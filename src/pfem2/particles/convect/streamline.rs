@@ -137,9 +137,10 @@ impl<const N: usize> Taylor<N> {
     }
 }
 
-/// The motion of a particle: along streamlines, or in its own flight.
+/// The motion of a particle: along streamlines, or in free flight.
 pub(super) trait Motion<const D: usize, const N: usize> {
-    /// Taylor series of the motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
+    /// Taylor series of the motion from a place on; `walls` are the local nodes opposite to the facets that it glides
+    /// along.
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &GlidingFacets<D, N>) -> Taylor<N>;
 
     /// Takes note that time goes by [s].

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! node i, group α, all particles p of the elements around, volume w_p:
-//!   G_i = Cov(f, x) Cov(x, x)⁻¹           sure,    if Cov(x, x) > ε P, with P = Cov(x, x) of these elements   theory (G.25)
-//!   G_i = Cov(f, x) (Cov(x, x) + ε P)⁻¹   unsure,  else: a drop, a film, the tip of a tongue                  theory (G.26)
+//!   G_i = Cov(f, x) Cov(x, x)⁻¹           sure,   if Cov(x, x) > ε P, with P = Cov(x, x) of these elements   theory (G.25)
+//!   G_i = Cov(f, x) (Cov(x, x) + ε P)⁻¹   unsure,  else: a drop, a film, the tip of a tongue                 theory (G.26)
 //! element e:  G_e = mean of its nodes' sure G_i, of the unsure ones if none is sure
 //!   R_k ← Σ_p N_k [f_p + G_e (x_k − x_p)] = R_k + G_e (x_k s_k − Σ_l S_kl x_l)
 //! ```
@@ -20,7 +20,7 @@
 //! v_p − Σ_k N_k R_k/s_k, which is a decay only if no eigenvalue of that map is below zero. On triangles with a few
 //! particles each, cut by lines, films and drops at random, −0.05 comes up with ε = 0.01 and −0.001 with ε = 0.05, but
 //! none with ε = 0.1. An interface that is nearly a plane keeps its exactness: one node of each element that it cuts
-//! has the fluid all around it on its own side.
+//! has the fluid all around it on its side.
 
 use super::moments::{GroupMoments, MomentTable};
 use crate::math::{Tensor, Vector};

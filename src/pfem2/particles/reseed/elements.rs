@@ -8,8 +8,8 @@
 //!                            ⅓, (0.44, 0.44, 0.12)                ¼, (0.3, 0.3, 0.3, 0.1)
 //! ```
 //!
-//! The former are traced back, as those of `SubCells`. The latter take the new velocity of the mesh; their fluid is that
-//! of φ in cut elements, and where all nodes are light, ⌊1.01 n (½ − φ̄/2)⌋ of them are still heavy.
+//! The former are traced back, as those of `SubCells`. The latter take the new velocity of the mesh; their fluid is
+//! that of φ in cut elements, and where all nodes are light, ⌊1.01 n (½ − φ̄/2)⌋ of them are still heavy.
 
 use super::Reseeding;
 use crate::math::Vector;

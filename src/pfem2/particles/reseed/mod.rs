@@ -40,7 +40,8 @@ pub enum Reseeding {
     SubCells,
     /// By elements, before the projection and at the end of the step (the paper).
     Elements,
-    /// Only where an element is empty: particles with a history are neither merged nor dropped, nor joined by others that have none.
+    /// Only where an element is empty: particles with a history are neither merged nor dropped, nor joined by others
+    /// that have none.
     EmptyElements,
 }
 
@@ -70,8 +71,8 @@ pub struct ParticleSource<'a, const D: usize, const N: usize> {
     pub velocity: &'a [Vector<D>],
     /// Fluid at a place at its start, and the depth below the interface [m].
     pub fluid: &'a (dyn Fn(&MeshPoint<N>) -> (u8, f64) + Sync),
-    /// The particle that flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
-    /// the start of the step [s], negative before it; `None` where nothing is prescribed.
+    /// The particle that flows in through the boundary facet of an element opposite to a local node, at a place on it
+    /// and a time after the start of the step [s], negative before it; `None` where nothing is prescribed.
     pub inflow: &'a (dyn Fn(&MeshPoint<N>, usize, f64) -> Option<NewParticle<D>> + Sync),
     /// True for places in the fluid at the end of the step, false inside solids.
     pub is_fluid: &'a (dyn Fn(&MeshPoint<N>) -> bool + Sync),
@@ -109,7 +110,8 @@ enum Edit<const N: usize> {
 }
 
 impl<const D: usize> Particles<D> {
-    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `target` has the numbers of particles by which sub-cells are judged.
+    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `target` has the numbers of
+    /// particles by which sub-cells are judged.
     pub fn reseed<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
@@ -137,8 +139,8 @@ impl<const D: usize> Particles<D> {
         Reseeded { merged, empty, ..added }
     }
 
-    /// Rule for an element with the particles `own`: that of the first of them, unless one asks to be left alone; for an element without
-    /// particles that of the first phase.
+    /// Rule for an element with the particles `own`: that of the first of them, unless one asks to be left alone; for
+    /// an element without particles that of the first phase.
     fn reseeding_of(&self, list: &PhaseList, own: impl Iterator<Item = usize>) -> Reseeding {
         let mut rules = own.map(|p| list.reseeding(usize::from(self.phase[p])));
         let Some(first) = rules.next() else { return list.reseeding(0) };
@@ -247,8 +249,8 @@ fn merges<const N: usize>(edits: &[Edit<N>], particle: usize) -> bool {
 }
 
 impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
-    /// New particles at the end of the step, with the values at the feet of their streamlines; true for those that came in since
-    /// its start.
+    /// New particles at the end of the step, with the values at the feet of their streamlines; true for those that came
+    /// in since its start.
     fn newcomers(&self, mesh: &Mesh<D, N>, places: &[MeshPoint<N>]) -> Vec<(NewParticle<D>, bool)> {
         let feet = self.lines.trace_all(places, self.dt, -1.0);
         let newcomer = |n: usize| {
@@ -261,8 +263,8 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
         parallel::collect(places.len(), 64, newcomer)
     }
 
-    /// The particle that came in before the step and is now at a place of the same element: where steps are so short that no streamline
-    /// reaches the inlet, an element there would for ever be filled with what it already holds.
+    /// The particle that came in before the step and is now at a place of the same element: where steps are so short
+    /// that no streamline reaches the inlet, an element there would for ever be filled with what it already holds.
     fn before(&self, mesh: &Mesh<D, N>, place: &MeshPoint<N>) -> Option<NewParticle<D>> {
         /// Times the time that it takes at the velocity of the place.
         const REACH: f64 = 2.0;

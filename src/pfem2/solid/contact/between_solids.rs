@@ -3,8 +3,8 @@
 //!
 //! ```text
 //! d = (x_a − x_Γ(ξ_a))·n,  x_Γ = Σ_b N_b(ξ_a) x_b:  the point of the other surface that is nearest to node a at u*
-//! d(u*) near g:                                     a candidate with the force f of `force.rs` on node a, −N_b f on the nodes b
-//! d(u*) < g, or f_n > 0 in the last step:           it acts in the first solution of the step
+//! d(u*) near g:                             a candidate with the force f of `force.rs` on node a, −N_b f on the nodes b
+//! d(u*) < g, or f_n > 0 in the last step:   it acts in the first solution of the step
 //! g = ½ h(x_a),   of solids that start nearer the distance that they have;   of one solid at most ½ |X_a − X_Γ|
 //! ```
 //!
@@ -29,7 +29,8 @@ const SAME_SURFACE_COSINE: f64 = 0.8;
 /// Cosine of the angle between the normals of two places of one solid below which they face each other.
 const FACING_COSINE: f64 = -0.5;
 
-/// Cosine of the angle between the normal of a facet and the way from there to a place at the start, below which the solid lies between them.
+/// Cosine of the angle between the normal of a facet and the way from there to a place at the start, below which the
+/// solid lies between them.
 const THROUGH_COSINE: f64 = -0.7;
 
 /// Nearer than this part of the way at the start, places of one solid may touch.
@@ -100,7 +101,7 @@ struct ContactBody {
     friction: f64,
 }
 
-/// What a search for contacts among solids reads in a step.
+/// Input of the search for contacts among solids in a step.
 pub(super) struct SearchContext<'a, const D: usize, const N: usize> {
     /// The solids.
     pub structure: &'a Structure<D>,
@@ -272,7 +273,7 @@ impl<const D: usize> SolidContacts<D> {
         Ok(found)
     }
 
-    /// The candidate of a queried point at one place of another solid, or of its own.
+    /// The candidate of a queried point at one place of another solid, or of the same.
     fn candidate<const N: usize>(
         &self,
         query: &ContactQuery<D>,
@@ -332,8 +333,8 @@ impl<const D: usize> SolidContacts<D> {
         self.nodes.iter().map(error).fold(0.0, f64::max)
     }
 
-    /// True where a place of a solid's own surface faces a queried node with this normal, and has come near since
-    /// the start.
+    /// True where a place on the surface of the same solid faces a queried node with this normal, and has come near
+    /// since the start.
     fn faces<const N: usize>(
         &self,
         context: &SearchContext<'_, D, N>,

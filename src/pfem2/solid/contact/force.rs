@@ -12,9 +12,10 @@
 //! Rigid solids meet walls and each other by an impulse f Δ instead, which gives them a velocity (theory (J.16a)):
 //!
 //! ```text
-//! f = 10⁴ m/Δ (w − n·v^{n+1}) n − c (1 − n ⊗ n) v^{n+1},      where it pushes
+//! f = 10⁴ m/Δ (w − n·v^{n+1}) n − c (1 − n ⊗ n) v^{n+1},   where it pushes
 //! w = (r − dⁿ)/Δt + (g − r)/(100 Δt),    r = min(g, least dⁿ of both solids there)
-//! w = e (dⁿ − d*)/Δt      where solids with a restitution collide: d* < r, least of both solids there, (dⁿ − d*)/Δt > 2 Δt |n·Σ c_i a_iⁿ|
+//! w = e (dⁿ − d*)/Δt   where solids with a restitution collide: d* < r, least of both solids there,
+//!                      (dⁿ − d*)/Δt > 2 Δt |n·Σ c_i a_iⁿ|
 //! ```
 //!
 //! It comes as near as the gap and rests. A solid that has come nearer is lifted slowly; by r, others of its points may

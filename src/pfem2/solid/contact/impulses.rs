@@ -2,7 +2,7 @@
 //! the step is solved (theory (J.16b)).
 //!
 //! ```text
-//! min over q   ½ (q − q₀)·M (q − q₀) + ½ Σ R max(0, w − n·v)² + ½ Σ c |(1 − n ⊗ n) v|²,     M q₀ = h + Tᵀ f of the last step
+//! min over q   ½ (q − q₀)·M (q − q₀) + ½ Σ R max(0, w − n·v)² + ½ Σ c |(1 − n ⊗ n) v|²,   M q₀ = h + Tᵀ f of the last step
 //! c = μ R max(0, w − n·v)/max(|(1 − n ⊗ n) v|, ε),          v = Σ c_i v_i
 //! ```
 //!

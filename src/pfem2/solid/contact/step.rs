@@ -269,7 +269,8 @@ impl<const D: usize> StepContacts<D> {
         lasting.flat_map(|contact| contact.nodal_forces(&velocity)).collect()
     }
 
-    /// Impulses of contacts on nodes, as forces that act for Δ, at the velocities of nodes at the end of a step [m/s] [N].
+    /// Impulses of contacts on nodes, as forces that act for Δ, at the velocities of nodes at the end of a step [m/s]
+    /// [N].
     pub fn impulses(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
         let impulses = self.contacts.acting().filter(|contact| contact.impulse().is_some());
         impulses.flat_map(|contact| contact.nodal_forces(&velocity)).collect()

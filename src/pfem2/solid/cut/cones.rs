@@ -1,10 +1,11 @@
 //! The fluid part of an element that surfaces of a solid cut which meet at an edge, in three dimensions (theory J.2).
 //!
 //! ```text
-//! groups                 nodes outside that edges of the mesh join which no surface crosses
-//! face of an element     a triangle or quadrilateral for each group; around the point e in which the edge of the solid passes it a fan: triangles (side, e)
-//! element                with the apex m on the edge of the solid a cone over the fluid part of its faces: tetrahedra (triangle, m); else a tetrahedron or prism for
-//!                        each group
+//! groups               nodes outside that edges of the mesh join which no surface crosses
+//! face of an element   a triangle or quadrilateral for each group; around the point e in which the edge of the solid
+//!                      passes it a fan: triangles (side, e)
+//! element              with the apex m on the edge of the solid a cone over the fluid part of its faces: tetrahedra
+//!                      (triangle, m); else a tetrahedron or prism for each group
 //! ```
 //!
 //! A convex element without a wedge that has its edge through m is seen from m as a whole, and so is the wedge:

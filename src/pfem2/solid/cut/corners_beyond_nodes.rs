@@ -1,9 +1,11 @@
 //! Corners of solids beyond the nodes inside, in two dimensions: in elements without a node inside (theory J.2).
 //!
 //! ```text
-//! element of the corner c        c with the points p and q where the surface crosses the edge behind c: the polygon of all nodes, p, c, q
-//! elements on the way            crossed at two edges: the triangle at the node that these share, the quadrilateral at the two others
-//! element with a node inside     a triangle at each of the ends of the last edge
+//! element of the corner c      c with the points p and q where the surface crosses the edge behind c: the polygon
+//!                              of all nodes, p, c, q
+//! elements on the way          crossed at two edges: the triangle at the node that these share, the quadrilateral
+//!                              at the two others
+//! element with a node inside   a triangle at each of the ends of the last edge
 //! ```
 
 use super::cut_point::crossing;
@@ -20,7 +22,8 @@ const MOST_ELEMENTS_ON_THE_WAY: usize = 8;
 /// Corners of a solid in an element without a node inside, and the way from there to one with a node inside.
 pub(super) struct CornersBeyondNodes<'a, const D: usize> {
     corners: &'a [SurfaceCorner<D>],
-    /// Elements without a node inside, that of the corners first, each with its local node opposite to the edge through which it is left.
+    /// Elements without a node inside, that of the corners first, each with its local node opposite to the edge through
+    /// which it is left.
     way: Vec<(usize, usize)>,
     /// The element with a node inside.
     root: usize,
@@ -30,7 +33,8 @@ pub(super) struct CornersBeyondNodes<'a, const D: usize> {
 type Crossing<const D: usize> = [(Vector<D>, NodeWeights); 2];
 
 impl<'a, const D: usize> CornersBeyondNodes<'a, D> {
-    /// These corners of an element, if the way from there goes through elements that are `plain`: they hold no other corner.
+    /// These corners of an element, if the way from there goes through elements that are `plain`: they hold no other
+    /// corner.
     pub fn new<const N: usize>(
         mesh: &Mesh<D, N>,
         cut: &SolidCut<D, N>,
@@ -97,8 +101,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// The triangles at the ends of an edge through which the solid reaches beyond its nodes, in the cut element from which it comes;
-    /// the points of the surface on the edge are its next two.
+    /// The triangles at the ends of an edge through which the solid reaches beyond its nodes, in the cut element from
+    /// which it comes; the points of the surface on the edge are its next two.
     fn beside_passed_edge(&self, ends: [u32; 2], place: usize) -> Option<Vec<FluidSimplex<N>>> {
         let element = &self.elements[place];
         let inside = element.nodes.map(|node| self.is_inside(node));
@@ -162,8 +166,9 @@ fn around_corners<const D: usize, const N: usize>(
     triangulated(polygon)
 }
 
-/// The fluid in an element that the solid crosses from edge to edge, on both sides of it; its points are those of the edge through which it comes
-/// from the element before, then those of its own. `way`: both elements with their local nodes opposite to these edges.
+/// The fluid in an element that the solid crosses from edge to edge, on both sides of it; its points are those of the
+/// edge through which it comes from the element before, then those of its own. `way`: both elements with their local
+/// nodes opposite to these edges.
 fn between_edges<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     [(before, k), (element, own)]: [(usize, usize); 2],

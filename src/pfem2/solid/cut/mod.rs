@@ -4,7 +4,7 @@
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
 //! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ (0, 1)
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
-//! where the fluid glides:          v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i                      theory (J.6a)–(J.6c)
+//! where the fluid glides:          v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i                     theory (J.6a)–(J.6c)
 //! ```
 //!
 //! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from

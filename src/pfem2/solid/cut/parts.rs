@@ -1,7 +1,7 @@
 //! The part of a cut element outside of solids as simplices.
 //!
-//! One node outside leaves a corner, all but one, and two of a tetrahedron, a prism between edges (a quadrilateral in 2D). The
-//! global numbers of nodes choose the diagonals of its sides, the same in the element behind them.
+//! One node outside leaves a corner, all but one, and two of a tetrahedron, a prism between edges (a quadrilateral in
+//! 2D). The global numbers of nodes choose the diagonals of its sides, the same in the element behind them.
 
 use crate::math::Tensor;
 
@@ -57,7 +57,8 @@ fn prism<const N: usize>(lower: &[Vertex], upper: &[Vertex]) -> Vec<[Vertex; N]>
     (0..lower.len()).map(simplex).collect()
 }
 
-/// The simplex with its corners in an order of positive volume. That order is the same wherever the points lie on their edges.
+/// The simplex with its corners in an order of positive volume. That order is the same wherever the points lie on their
+/// edges.
 fn oriented<const N: usize>(mut vertices: [Vertex; N], edges: &[[usize; 2]]) -> FluidSimplex<N> {
     let barycentric = |vertex: Vertex| -> [f64; N] {
         let nodes = match vertex {

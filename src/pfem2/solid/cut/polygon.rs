@@ -1,4 +1,5 @@
-//! The fluid part of an element as a polygon, divided into triangles by clipping ears: of all ears the one of the best shape first.
+//! The fluid part of an element as a polygon, divided into triangles by clipping ears: of all ears the one of the best
+//! shape first.
 
 use super::{FluidSimplex, Vertex};
 use crate::math::Vector;

@@ -1,7 +1,8 @@
 //! Fluid that glides at edges of solids in elements that cut them off, in three dimensions (theory (J.6b)).
 //!
 //! ```text
-//! v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i,      P_s: projection on the normals of cut points of the same elements that differ by more than 30°
+//! v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i,   P_s: projection on the normals of cut points of the
+//!                                               same elements that differ by more than 30°
 //! ```
 //!
 //! Elements cut an edge off, from a cut point on one side of the solid to one on the other. A fluid that glides along

@@ -39,7 +39,8 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
         let nearest = surface.nearest(point.position).unwrap();
         assert!((interpolate(&point.weights, &solid.nodes) - nearest.position).norm() < 1e-10);
         let is_clamped = (t - LEAST_EDGE_SHARE).min(1.0 - LEAST_INNER_EDGE_SHARE - t) < 1e-9;
-        // An edge that ends in a node beside the surface is cut where the distance is that of the node, or a little more.
+        // An edge that ends in a node beside the surface is cut where the distance is that of the node, or a little
+        // more.
         let level = surface.distance(end).max(0.0) + LEAST_INNER_EDGE_SHARE * smallest_element(mesh, own[1] as usize);
         let off = 1e-6 * edge.norm() + if surface.distance(end) > 0.0 { level } else { 0.0 };
         assert!(is_clamped || nearest.distance.abs() < off, "{t} {}", nearest.distance);
@@ -138,8 +139,9 @@ fn the_volume_of_turned_boxes_converges() {
     assert!(coarse < 0.08 && fine < coarse / 2.5, "{coarse} {fine}");
 }
 
-/// In two dimensions elements keep the corners of solids, however the way from there goes to the first node inside. (Turned by nothing, one lies where its way
-/// meets a side of the box on an edge of the mesh, and is cut off: an eighth of an element.)
+/// In two dimensions elements keep the corners of solids, however the way from there goes to the first node inside.
+/// (Turned by nothing, one lies where its way meets a side of the box on an edge of the mesh, and is cut off: an eighth
+/// of an element.)
 #[test]
 fn a_box_keeps_its_corners() {
     let mesh = background::<2, 3>(1.4, 16);

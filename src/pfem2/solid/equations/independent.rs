@@ -4,7 +4,7 @@
 //! v = T w + v̄,      (M/Δ + Δ K) v = r + forces of supports and ties      becomes      Tᵀ S T w = Tᵀ (r − S v̄)
 //! ```
 //!
-//! A free node has its own D entries of w; a node that is held has none along that axis, a node of a rigid solid those
+//! A free node has D entries of w; a node that is held has none along that axis, a node of a rigid solid those
 //! of the solid, a node that is tied those of the nodes that it follows. Forces of supports, and those that keep rigid
 //! solids rigid and tied nodes together, are orthogonal to all columns of T, and drop out. Unknown D a + i of v is
 //! the velocity of node a along axis i.

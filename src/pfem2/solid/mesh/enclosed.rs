@@ -2,8 +2,8 @@
 //! (theory (J.17a)).
 //!
 //! ```text
-//! V = ⅓ ∮ x·m dξ,      V c_i = ¼ ∮ x_i x·m dξ,      P_ij = ∫ r_i r_j dV = ⅕ ∮ r_i r_j r·m dξ,      r = x − c
-//! seven points with V, c and P:   ¼ V at c,   ⅛ V at c ± 2 √(P_k/V) e_k          P_k, e_k: principal values and axes of P
+//! V = ⅓ ∮ x·m dξ,      V c_i = ¼ ∮ x_i x·m dξ,      P_ij = ∫ r_i r_j dV = ⅕ ∮ r_i r_j r·m dξ,   r = x − c
+//! seven points with V, c and P:   ¼ V at c,   ⅛ V at c ± 2 √(P_k/V) e_k       P_k, e_k: principal values and axes of P
 //! ```
 //!
 //! m as in `pressure.rs`. The integrals are exact for flat patches. A body and points with the same volume, centre and

@@ -28,8 +28,8 @@ pub struct SolidMesh<const D: usize> {
 /// A facet on the boundary of a solid: a line of 3 nodes in 2D, a patch of 9 nodes in 3D.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SolidFacet {
-    /// Nodes of the facet, 3ᴰ⁻¹, in lexicographic order. The outward normal is (t_y, −t_x) with the tangent t = ∂x/∂ξ_0 in 2D
-    /// and ∂x/∂ξ_0 × ∂x/∂ξ_1 in 3D.
+    /// Nodes of the facet, 3ᴰ⁻¹, in lexicographic order. The outward normal is (t_y, −t_x) with the tangent t = ∂x/∂ξ_0
+    /// in 2D and ∂x/∂ξ_0 × ∂x/∂ξ_1 in 3D.
     pub nodes: Vec<u32>,
     /// The element that it belongs to.
     pub element: u32,

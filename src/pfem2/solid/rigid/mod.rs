@@ -95,7 +95,7 @@ pub struct RigidPrediction {
 pub struct RigidLoad {
     /// Both.
     pub load: RigidRates,
-    /// Where the centre of mass is [m].
+    /// Position of the centre of mass [m].
     pub center: Vector<3>,
 }
 
@@ -306,8 +306,8 @@ impl RigidBody {
         RigidRates { velocity: rates.velocity * self.mass, spin: prediction.inertia.apply(rates.spin) }
     }
 
-    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ = `delta` [s]
-    /// and α = `damping` [1/s].
+    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ = `delta`
+    /// [s] and α = `damping` [1/s].
     pub fn inertial(&self, prediction: &RigidPrediction, delta: f64, damping: f64, rates: &RigidRates) -> RigidRates {
         let RigidRates { velocity, spin } = self.momenta(prediction, rates);
         let rate = delta.recip() + damping;
@@ -317,7 +317,8 @@ impl RigidBody {
         }
     }
 
-    /// Force and torque that accelerations ask for about a prediction [N, N m], M q̇ (1 + α Δ), with Δ = `delta` [s] and α = `damping` [1/s].
+    /// Force and torque that accelerations ask for about a prediction [N, N m], M q̇ (1 + α Δ), with Δ = `delta` [s]
+    /// and α = `damping` [1/s].
     pub fn inertia_of(
         &self,
         prediction: &RigidPrediction,
@@ -354,8 +355,8 @@ impl RigidBody {
         prediction.rotation.apply(self.arms[node])
     }
 
-    /// The accelerations that forces on nodes [N] give the solid about a prediction, with Δ = `delta` [s] and α = `damping` [1/s], along what supports
-    /// leave free.
+    /// The accelerations that forces on nodes [N] give the solid about a prediction, with Δ = `delta` [s] and
+    /// α = `damping` [1/s], along what supports leave free.
     pub fn accelerations(
         &self,
         prediction: &RigidPrediction,

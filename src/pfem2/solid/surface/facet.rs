@@ -180,7 +180,7 @@ fn is_least(away: &[f64], n: usize) -> bool {
 
 /// Newton's step in the coordinates that no bound holds.
 fn step<const D: usize>(jet: &Jet<D>, r: Vector<D>, local: [f64; 2]) -> [f64; 2] {
-    /// Curvature of the squared distance, relative to the facet's own metric, below which a minimum isn't near.
+    /// Curvature of the squared distance, relative to the metric of the facet, below which a minimum isn't near.
     const LEAST_CURVATURE: f64 = 1e-3;
     let gradient = jet.first.map(|tangent| tangent.dot(r));
     let is_free =

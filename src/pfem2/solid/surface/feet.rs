@@ -88,8 +88,8 @@ impl<const D: usize> SolidSurface<D> {
         sum.into_iter().zip(count).map(|(sum, count)| sum / f64::from(count.max(1))).collect()
     }
 
-    /// The point of a facet that is farthest against a unit vector, where the facet is round and it lies clearly beyond all nodes; and
-    /// the shape functions of the global nodes there.
+    /// The point of a facet that is farthest against a unit vector, where the facet is round and it lies clearly beyond
+    /// all nodes; and the shape functions of the global nodes there.
     pub(in crate::pfem2::solid) fn lowest(&self, facet: u32, up: Vector<D>) -> Option<(Vector<D>, NodeWeights)> {
         /// Beyond the nodes by less than this part of the facet's size, these tell enough.
         const CLEAR: f64 = 1e-6;

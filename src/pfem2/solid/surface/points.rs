@@ -30,7 +30,8 @@ impl<const D: usize> SolidSurface<D> {
         &self.facets[facet as usize].nodes
     }
 
-    /// Calls `visit` with points of a facet: three Gauss points per axis between each two of these ascending coordinates, −1 and 1 among them.
+    /// Calls `visit` with points of a facet: three Gauss points per axis between each two of these ascending
+    /// coordinates, −1 and 1 among them.
     pub(in crate::pfem2::solid) fn visit_points(
         &self,
         facet: u32,

@@ -32,8 +32,8 @@ fn place<const D: usize>(nodes: &[Vector<D>], local: Vector<D>) -> (Vector<D>, T
     (x, jacobian)
 }
 
-/// Coordinates ξ of a place in an element of 3ᴰ nodes by Newton's method, or `None` if it doesn't converge. They may lie
-/// outside of −1..1, up to [`REACH`].
+/// Coordinates ξ of a place in an element of 3ᴰ nodes by Newton's method, or `None` if it doesn't converge. They may
+/// lie outside of −1..1, up to [`REACH`].
 pub fn coordinates<const D: usize>(nodes: &[Vector<D>], x: Vector<D>) -> Option<Vector<D>> {
     let nearest = nodes.iter().enumerate().min_by(|a, b| {
         let away = |node: Vector<D>| (node - x).norm_squared();

@@ -1,16 +1,16 @@
 //! Elastic solids with supports: deflections and swings by their natural modes.
 //!
 //! ```text
-//! loads and weight less buoyancy    u(t) = Σ_k φ_k (φ_k·f(t))/ω_k², twice that where they come at once; 2 L/π at most
-//! drag                              f = ½ρU² |n·e| e, in front and behind: a drag coefficient of two; 2 L/π at most
-//! velocity at the start             ± Σ_k φ_k (φ_k·M v)/ω_k
-//! swings in a stream                ± a_k φ_k, the end of which moves by the least of the deflection under ½ρU² from one side, of U/ω_k
-//!                                   and of L/4
+//! loads and weight less buoyancy   u(t) = Σ_k φ_k (φ_k·f(t))/ω_k², twice that where they come at once; 2 L/π at most
+//! drag                             f = ½ρU² |n·e| e, in front and behind: a drag coefficient of two; 2 L/π at most
+//! velocity at the start            ± Σ_k φ_k (φ_k·M v)/ω_k
+//! swings in a stream               ± a_k φ_k, the end of which moves by the least of the deflection under
+//!                                  ½ρU² from one side, of U/ω_k and of L/4
 //! ```
 //!
-//! L is the longest side of the solid. A plate across a stream has a drag coefficient of about two (Hoerner 1965); a cantilever that is
-//! bent to a quarter of a circle has moved its end by 2 L/π; flags and beams behind cylinders swing by up to a quarter of their length, no
-//! faster than the stream.
+//! L is the longest side of the solid. A plate across a stream has a drag coefficient of about two (Hoerner 1965); a
+//! cantilever that is bent to a quarter of a circle has moved its end by 2 L/π; flags and beams behind cylinders swing
+//! by up to a quarter of their length, no faster than the stream.
 
 use super::{AmbientStream, Placement, SolidSurroundings, largest, longest_side, nodes_of};
 use crate::case::InitialStateSpec;
@@ -134,7 +134,8 @@ impl<const D: usize> SupportedSolid<'_, D> {
         stream.directions.iter().filter_map(bent).chain(self.own.iter().map(shaken)).collect()
     }
 
-    /// The displacement, made smaller where this solid moves farther than if it were bent to a quarter of a circle; `None` where it doesn't.
+    /// The displacement, made smaller where this solid moves farther than if it were bent to a quarter of a circle;
+    /// `None` where it doesn't.
     fn bounded(&self, displacement: Vec<Vector<D>>) -> Option<Vec<Vector<D>>> {
         let most = largest(&displacement[nodes_of(self.structure, self.number)]);
         let factor = (FRAC_2_PI * self.length / most).min(1.0);

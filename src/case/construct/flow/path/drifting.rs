@@ -122,7 +122,8 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
         self.axes.iter().all(still) && self.setup.motion.spin.iter().flatten().all(Signal::is_zero)
     }
 
-    /// Poses along the way of the solid, with a velocity that is added to that at the start along axes where nothing leads or holds it [m/s].
+    /// Poses along the way of the solid, with a velocity that is added to that at the start along axes where nothing
+    /// leads or holds it [m/s].
     fn poses(&self, with: Vector<D>) -> Vec<Pose<D>> {
         let (count, dt) = self.steps();
         let is_loose = |axis: usize| matches!(self.axes[axis], AxisMotion::Free(0.0));
@@ -215,7 +216,8 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
     }
 }
 
-/// Motion of a solid along an axis: where several things prescribe it that of the solid, then that of the first support.
+/// Motion of a solid along an axis: where several things prescribe it that of the solid, then that of the first
+/// support.
 fn axis_motion<const D: usize>(setup: &SolidSetup<D>, axis: usize) -> AxisMotion {
     if let Some(velocity) = &setup.motion.velocity[axis] {
         return AxisMotion::Prescribed(velocity.clone(), [0.0; 3]);

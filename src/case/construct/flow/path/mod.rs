@@ -5,8 +5,8 @@
 //! | elastic, with supports | deflection under loads, weight less buoyancy and the drag of a stream; swings from its velocity at the start and in a stream (`deflected.rs`) |
 //! | rigid, or elastic without supports | flight under weight less buoyancy, as springs, guides and prescribed motions let it, also with a stream (`drifting.rs`) |
 //!
-//! It is an estimate, without the resistance and the added mass of the fluid: where it says that three elements lie across a solid, they
-//! lie there; where it warns, the solid may stay nearer.
+//! It is an estimate, without the resistance and the added mass of the fluid: where it says that three elements lie
+//! across a solid, they lie there; where it warns, the solid may stay nearer.
 
 mod deflected;
 mod drifting;
@@ -15,6 +15,7 @@ mod stream;
 
 use super::fluids::{InitialFluid, part_at};
 use crate::case::CaseFile;
+use crate::case::resolution::{MeshSizes, PathResolution};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::boundary::BoundarySetup;
@@ -22,7 +23,6 @@ use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;
-pub(in crate::case) use resolution::{MeshSizes, PathResolution, shown};
 use std::ops::Range;
 use stream::AmbientStream;
 

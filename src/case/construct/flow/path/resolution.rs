@@ -1,68 +1,11 @@
 //! Elements of the fluid's mesh across a solid, along its way.
 
 use super::{Placement, SolidSurroundings, extent, largest};
-use crate::case::check::solids::quadratic;
-use crate::case::construct::flow::size_of;
+use crate::case::resolution::{MeshSizes, PathResolution, quadratic};
 use crate::math::Vector;
+use crate::mesh::Mesh;
 use crate::mesh::quadratic::Thickness;
-use crate::mesh::{Location, Mesh};
 use crate::pfem2::solid::setup::SolidSetup;
-
-/// Elements of the fluid's mesh across a solid on its way, where they are fewest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathResolution {
-    /// The fewest elements of the mesh across it.
-    pub cells: f64,
-    /// The place where these are [m].
-    pub place: [f64; 3],
-    /// Its thickness there [m].
-    pub thickness: f64,
-    /// The largest displacement of its nodes [m].
-    pub way: f64,
-    /// Corners of the box around all that it sweeps in the mesh [m].
-    pub swept: [[f64; 3]; 2],
-}
-
-/// A place or a side of a box in words.
-pub(in crate::case) fn shown(place: [f64; 3], dimension: usize) -> String {
-    place[..dimension]
-        .iter()
-        .map(|c| format!("{:.3}", if c.abs() < 5e-4 { 0.0 } else { *c }))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
-
-/// Sizes of the elements of a mesh, smooth in space: means at the nodes.
-pub(in crate::case) struct MeshSizes {
-    at_nodes: Vec<f64>,
-}
-
-impl MeshSizes {
-    /// Sizes of a mesh.
-    pub fn new<const D: usize, const N: usize>(mesh: &Mesh<D, N>) -> Self {
-        let mut sums = vec![(0.0, 0u32); mesh.nodes().len()];
-        for (e, nodes) in mesh.elements().iter().enumerate() {
-            let size = size_of(mesh, e);
-            nodes.iter().for_each(|&node| {
-                let (sum, count) = &mut sums[node as usize];
-                (*sum, *count) = (*sum + size, *count + 1);
-            });
-        }
-        Self { at_nodes: sums.into_iter().map(|(sum, count)| sum / f64::from(count)).collect() }
-    }
-
-    /// The size of elements about a place in the mesh [m].
-    pub fn at<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, place: &Location<N>) -> Option<f64> {
-        let Location::Inside { element, shape } = place else { return None };
-        Some(
-            mesh.elements()[*element]
-                .iter()
-                .zip(shape)
-                .map(|(&node, shape)| self.at_nodes[node as usize] * shape)
-                .sum(),
-        )
-    }
-}
 
 /// The middle of a thickness, with the node next to it.
 struct Thick<const D: usize> {
@@ -71,8 +14,8 @@ struct Thick<const D: usize> {
     node: usize,
 }
 
-/// The fewest elements across a solid in all of these placements and where it starts; `None` without a placement that moves it, or outside
-/// of the mesh.
+/// The fewest elements across a solid in all of these placements and where it starts; `None` without a placement that
+/// moves it, or outside of the mesh.
 pub(super) fn along<const D: usize, const N: usize>(
     setup: &SolidSetup<D>,
     placements: &[Placement<D>],

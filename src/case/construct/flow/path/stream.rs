@@ -1,12 +1,12 @@
-//! The strongest stream that solids may meet: from boundaries that move it, from its velocity at the start, from pressures at openings, or
-//! from the fall of the fluids,
+//! The strongest stream that solids may meet: from boundaries that move it, from its velocity at the start, from
+//! pressures at openings, or from the fall of the fluids,
 //!
 //! ```text
 //! U = max |v|,      U = √(2 Δp/ρ),      U = √(2 A/Σ m)
 //! ```
 //!
-//! with the work A that gravity can do until the fluids lie in layers (Lorenz 1955). These two have the directions along all axes, the last
-//! one that in which the mass goes, where it goes aside.
+//! with the work A that gravity can do until the fluids lie in layers (Lorenz 1955). These two have the directions
+//! along all axes, the last one that in which the mass goes, where it goes aside.
 
 use super::{SolidSurroundings, extent};
 use crate::case::construct::flow::fluids::velocity_at;
@@ -104,8 +104,8 @@ fn pressure_difference<const D: usize, const N: usize>(around: &SolidSurrounding
     (most - least).max(0.0)
 }
 
-/// The stream that the fluids make as they fall: with the speed that they have on average when all the work that gravity can do has become
-/// motion, to where their mass goes.
+/// The stream that the fluids make as they fall: with the speed that they have on average when all the work that
+/// gravity can do has become motion, to where their mass goes.
 fn fall<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>, density: f64) -> AmbientStream<D> {
     let (mesh, gravity) = (around.mesh, around.gravity(middle(around), 0.0));
     let mut slots: Vec<(Vector<D>, f64)> =
@@ -128,7 +128,8 @@ fn fall<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>, densit
     AmbientStream { speed, density, directions }
 }
 
-/// Σ m x of volumes with densities in layers, the first lowest, in slots with a place and a volume, the lowest first [kg m].
+/// Σ m x of volumes with densities in layers, the first lowest, in slots with a place and a volume, the lowest first
+/// [kg m].
 fn layered<const D: usize>(slots: &[(Vector<D>, f64)], fluids: &[[f64; 2]]) -> Vector<D> {
     let mut fluids = fluids.iter().copied();
     let (mut moment, mut current) = (Vector::ZERO, fluids.next());

@@ -69,7 +69,7 @@ impl Contacts {
 
     fn solve(&mut self) {
         let Self { solver, velocity, inverse_mass } = self;
-        let step = LeapfrogStep { t: 0.0, dt: DT, dt_before: DT, momentum_dt: DT };
+        let step = LeapfrogStep { t: 0.0, dt: DT, dt_previous: DT, momentum_dt: DT };
         let at = SubStep { step: &step, elapsed: 0.0, dt: DT, momentum_end: DT, momentum_dt: DT };
         solver.solve(&mut SheetMotion { velocity, inverse_mass }, &mut RigidContacts::default(), &at);
     }
