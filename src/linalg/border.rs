@@ -9,13 +9,15 @@
 //! [ F_t   S   ] [y] = [ c − F x     ]        x_t ← x_t + δ
 //! ```
 //!
-//! With the compliance of the border to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p, and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
+//! With the compliance of the border to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p,
+//! and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
 //!
-//! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and, for each of its
-//! motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft ones are seen to by the
-//! coarse correction (`coarse`).
+//! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and,
+//! for each of its motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft
+//! ones are seen to by the coarse correction (`coarse`).
 
-/// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S (theory (J.10c)).
+/// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S
+/// (theory (J.10c)).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PressureCompliance {
     /// 1/D̂ of each unknown of the border; zero of those that are left out. Empty: of all.
@@ -33,7 +35,8 @@ pub struct BorderedVector<'a, const B: usize> {
     pub border: &'a [f64],
 }
 
-/// Numbers of the velocities of near nodes and of the unknowns of a border: residuals of their rows, or what solves for these.
+/// Numbers of the velocities of near nodes and of the unknowns of a border: residuals of their rows, or what solves for
+/// these.
 #[derive(Debug, Clone)]
 pub struct NearAndBorder<const B: usize> {
     /// Numbers of the near nodes, in the order of [`Border::near`]; their pressures, the last of each, are left out.
@@ -73,7 +76,7 @@ pub trait Border<const B: usize> {
     /// Nodes of the mesh near the border, whose velocities are found together with it.
     fn near(&self) -> &[u32];
 
-    /// Solves for the velocities δ of the near nodes and for y, for several right-hand sides at once: on entry the residuals of their
-    /// rows, on return the solutions. Pressures of near nodes are left out: zero on return.
+    /// Solves for the velocities δ of the near nodes and for y, for several right-hand sides at once: on entry the
+    /// residuals of their rows, on return the solutions. Pressures of near nodes are left out: zero on return.
     fn solve(&self, sides: &mut [NearAndBorder<B>]);
 }

@@ -7,8 +7,9 @@
 //! S̃ = S_t + W Λ⁻¹ Wᵀ,   S̃⁻¹ r = y − Y (Λ + WᵀY)⁻¹ Wᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ W
 //! ```
 //!
-//! On the motions Φ this is the added mass, and on others never more than it (Nyström's approximation, as the added mass is symmetric and not
-//! negative). Where λ is small there is nothing to correct. W and Λ, which move with the solids, are kept by the rule for preconditioners, (F.45). Y is that of the system at hand.
+//! On the motions Φ this is the added mass, and on others never more than it (Nyström's approximation, as the added
+//! mass is symmetric and not negative). Where λ is small there is nothing to correct. W and Λ, which move with the
+//! solids, are kept by the rule for preconditioners, (F.45). Y is that of the system at hand.
 
 use super::border::{Border, BorderedRows, BorderedVector, NearAndBorder};
 use super::modes::diagonalise;
@@ -25,7 +26,8 @@ const STEPS: usize = 6;
 /// Part by which trace(WᵀY) may differ from that of the first system: beyond, the step or the stiffness is another.
 const TRACE_CHANGE_ALLOWED: f64 = 0.25;
 
-/// Least λ of a motion that is corrected: below, the preconditioned eigenvalue 1 + λ is near enough to 1, and Λ⁻¹ would magnify errors of Â⁻¹.
+/// Least λ of a motion that is corrected: below, the preconditioned eigenvalue 1 + λ is near enough to 1, and Λ⁻¹ would
+/// magnify errors of Â⁻¹.
 const LEAST_ADDED_MASS: f64 = 0.1;
 
 /// A vector depends linearly on those before it if orthogonalisation leaves less than this part of its xᵀ S_t x.

@@ -5,8 +5,9 @@
 //! order is free to keep the fill small, and no pivoting is needed. The signs of D are those of A's diagonal.
 //! ```
 //! The order and the structure of L depend on the pattern alone and are kept; a new matrix costs the numbers only.
-//! Of a matrix that isn't symmetric the symmetric part of R A is factorised, whose rows of continuity have been multiplied so that they
-//! are nearly the transposed of the columns of pressure ([`BlockMatrix::row_balance`]): as a preconditioner that is enough.
+//! Of a matrix that isn't symmetric the symmetric part of R A is factorised, whose rows of continuity have been
+//! multiplied so that they are nearly the transposed of the columns of pressure ([`BlockMatrix::row_balance`]): as a
+//! preconditioner that is enough.
 
 use super::dissection::nested_dissection;
 use super::matrix::BlockMatrix;
@@ -43,8 +44,8 @@ pub(super) trait Precision: Copy + Send {
     fn scratch(symbolic: &SymbolicSupernodalCholesky<u32>) -> StackReq;
     /// Room for [`Precision::solve`] with so many right-hand sides.
     fn solve_scratch(symbolic: &SymbolicSupernodalCholesky<u32>, sides: usize) -> StackReq;
-    /// L and D of the matrix with this lower part; returns the number of pivots that were replaced, as they were too small or had the
-    /// wrong sign, or `None` where the factor breaks down.
+    /// L and D of the matrix with this lower part; returns the number of pivots that were replaced, as they were too
+    /// small or had the wrong sign, or `None` where the factor breaks down.
     fn factorize(
         values: &mut [Self],
         lower: SparseColMatRef<'_, u32, Self>,

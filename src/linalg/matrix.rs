@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// Rows per task of a product. Fixed, and each row is summed in one task: the same bits for any number of threads.
 const ROWS: usize = 512;
 
-/// Largest factor of rows: where the stabilisation takes nearly all of the divergence out of a row of continuity, 1 − τ/Δ ≪ 1, what is left of
-/// it is no multiple of what pressure does.
+/// Largest factor of rows: where the stabilisation takes nearly all of the divergence out of a row of continuity,
+/// 1 − τ/Δ ≪ 1, what is left of it is no multiple of what pressure does.
 const MOST_BALANCE: f64 = 2.0;
 
 /// A matrix with one block of B × B per entry of the pattern.
@@ -55,9 +55,9 @@ impl<const B: usize> BlockMatrix<B> {
         (0..self.pattern.rows()).map(|row| std::array::from_fn(|k| scale_of(diagonal(row)[k][k]))).collect()
     }
 
-    /// Factors r_i of the rows of continuity with which their columns of velocity come nearest to the transposed of what pressure does
-    /// in the rows of velocity, Σ (r_i q − g)² → min: r_i = Σ q·g / Σ q·q (theory (F.42a)). One where rows and columns are the same, or nothing is
-    /// there; ½ to 2 elsewhere.
+    /// Factors r_i of the rows of continuity with which their columns of velocity come nearest to the transposed of
+    /// what pressure does in the rows of velocity, Σ (r_i q − g)² → min: r_i = Σ q·g / Σ q·q (theory (F.42a)). One
+    /// where rows and columns are the same, or nothing is there; ½ to 2 elsewhere.
     pub fn row_balance(&self) -> Vec<f64> {
         let p = B - 1;
         let factor = |row: usize| {
@@ -74,7 +74,8 @@ impl<const B: usize> BlockMatrix<B> {
         (0..self.pattern.rows()).map(factor).collect()
     }
 
-    /// The symmetric part of R A at an entry, (R_i A_ij + (R_j A_ji)ᵀ)/2, with R = diag(1 … 1, r_i) in the block of node i.
+    /// The symmetric part of R A at an entry, (R_i A_ij + (R_j A_ji)ᵀ)/2, with R = diag(1 … 1, r_i) in the block of
+    /// node i.
     pub fn symmetric(&self, (row, entry): (usize, usize), balance: &[f64]) -> [[f64; B]; B] {
         let (block, mirrored) = (&self.values[entry], &self.values[self.pattern.mirror(entry)]);
         let factor = |node: usize, k: usize| if k + 1 == B { balance[node] } else { 1.0 };

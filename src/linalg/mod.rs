@@ -4,10 +4,10 @@
 //! [ A   G ] [v]   [f_v]      A: mass/Δt and viscosity, positive definite
 //! [ Gᵀ −C ] [p] = [f_p]      C: stabilisation, positive semi-definite
 //! ```
-//! The pattern never changes: the order of elimination, the structure of the factor and all workspace are found once, and
-//! a step brings only numbers. Flexible GMRES solves; what differs is its preconditioner:
-//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and, without solids on meshes, in two
-//!   dimensions; where its unsymmetric part rules, L U with row exchanges;
+//! The pattern never changes: the order of elimination, the structure of the factor and all workspace are found once,
+//! and a step brings only numbers. Flexible GMRES solves; what differs is its preconditioner:
+//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and, without solids on
+//!   meshes, in two dimensions; where its unsymmetric part rules, L U with row exchanges;
 //! * **iterative**: block-triangular, with multigrid for the Schur complement C + Gᵀ diag(A)⁻¹ G, for the rest.
 //!
 //! Results don't depend on the number of threads or on measured times: factors are kept while the iterations that they

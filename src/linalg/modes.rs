@@ -4,8 +4,8 @@
 //! K x = λ M x;      X ← (K + σ M)⁻¹ M X,   X made orthonormal in M,   Xᵀ K X = V Λ Vᵀ,   X ← X V
 //! ```
 //!
-//! σ is far below the modes that matter and keeps the factor regular where some motions have no stiffness: their λ are zero to
-//! rounding.
+//! σ is far below the modes that matter and keeps the factor regular where some motions have no stiffness: their λ are
+//! zero to rounding.
 
 use super::sparse::SparseMatrix;
 use super::symmetric_factor::PreconditioningFactor;
@@ -34,7 +34,8 @@ pub struct Mode {
     pub vector: Vec<f64>,
 }
 
-/// The lowest modes of K x = λ M x, in ascending order: `count`, or as many as there are unknowns. `None` where no factor is found.
+/// The lowest modes of K x = λ M x, in ascending order: `count`, or as many as there are unknowns. `None` where no
+/// factor is found.
 ///
 /// ```
 /// use lateen::linalg::{SparseMatrix, lowest_modes};

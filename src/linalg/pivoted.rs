@@ -1,6 +1,7 @@
 //! The factorisation with row exchanges: S A S = Pᵀ L U, supernodal, by `faer`.
 //!
-//! The last resort for matrices whose unsymmetric part rules somewhere, as at an outlet that a very viscous fluid reaches:
+//! The last resort for matrices whose unsymmetric part rules somewhere, as at an outlet that a very viscous fluid
+//! reaches:
 //! there the symmetric part may be indefinite, and its factor (`direct`) says nothing about the matrix. It takes about
 //! four times the time and memory of the symmetric factor, and its structure depends on the numbers.
 

@@ -103,7 +103,8 @@ impl<const B: usize> Preconditioner<B> {
         }
     }
 
-    /// Takes a matrix that differs in few rows, as where a solid has moved, if that costs little: with multigrid, whose coarse levels stay.
+    /// Takes a matrix that differs in few rows, as where a solid has moved, if that costs little: with multigrid, whose
+    /// coarse levels stay.
     pub fn refresh(&mut self, a: &BlockMatrix<B>, border: &PressureCompliance) {
         if let Self::Blocks(blocks) = self {
             blocks.refresh(a, border);

@@ -11,8 +11,8 @@
 //! ```text
 //! Ŝ⁻¹ = (C + Q M⁻¹ G)⁻¹ + diag(S)⁻¹,  M: the sums of A's rows, in which viscosity cancels
 //! ```
-//! The parts of the matrix that it reads are kept in single precision, without the coupling of velocity components: a third of
-//! the memory traffic, which is what an iteration costs.
+//! The parts of the matrix that it reads are kept in single precision, without the coupling of velocity components: a
+//! third of the memory traffic, which is what an iteration costs.
 
 use super::border::PressureCompliance;
 use super::matrix::BlockMatrix;

@@ -41,7 +41,8 @@ pub struct NotConverged {
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
 const SINGLE_PATIENCE: usize = 10;
 
-/// Iterations that a fresh factor in single precision may take for a system with a border, whose matrix is less symmetric.
+/// Iterations that a fresh factor in single precision may take for a system with a border, whose matrix is less
+/// symmetric.
 const BORDERED_PATIENCE: usize = 80;
 
 /// Iterations that a fresh factor in double precision may take: more, and the part that isn't symmetric rules.
@@ -50,7 +51,8 @@ const DOUBLE_PATIENCE: usize = 80;
 /// Cost of a new multigrid hierarchy, in iterations.
 const HIERARCHY_PRICE: f64 = 8.0;
 
-/// Cost of a new multigrid hierarchy for a system with a border, in iterations, beyond that of a kept one, which takes the finest matrix.
+/// Cost of a new multigrid hierarchy for a system with a border, in iterations, beyond that of a kept one, which takes
+/// the finest matrix.
 const REFRESHED_PRICE: f64 = 4.5;
 
 /// Cost of a new factor with row exchanges, in iterations.

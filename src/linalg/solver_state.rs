@@ -8,7 +8,8 @@ use bytemuck::{Pod, Zeroable};
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
-    /// Row and column of the entries of the border's compliance to pressure, of which that matrix was made; empty if it has none.
+    /// Row and column of the entries of the border's compliance to pressure, of which that matrix was made; empty if it
+    /// has none.
     pub compliance_places: Vec<[u32; 2]>,
     /// The values of these entries.
     pub compliance: Vec<f64>,

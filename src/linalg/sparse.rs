@@ -73,7 +73,8 @@ impl SparseMatrix {
         });
     }
 
-    /// A matrix of `rows` rows, of which `entries_of` adds the entries (column, value) to an empty list, columns ascending.
+    /// A matrix of `rows` rows, of which `entries_of` adds the entries (column, value) to an empty list, columns
+    /// ascending.
     pub fn from_rows(rows: usize, entries_of: impl Fn(usize, &mut Vec<(u32, f64)>) + Sync) -> Self {
         let pieces = parallel::map_ranges(rows, ROWS_PER_PIECE, |range| {
             let (mut of_row, mut counts, mut all) = (Vec::new(), Vec::with_capacity(range.len()), Vec::new());

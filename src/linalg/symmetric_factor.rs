@@ -1,10 +1,10 @@
 //! The factorisation of the symmetric part of a sparse matrix: S ½ (A + Aᵀ) S = Pᵀ L D Lᵀ P, by `faer`.
 //!
-//! The order P of least degree is one for symmetric places (Amestoy, Davis & Duff 1996): of solids in space it leaves a fraction of the
-//! numbers that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).
+//! The order P of least degree is one for symmetric places (Amestoy, Davis & Duff 1996): of solids in space it leaves a
+//! fraction of the numbers that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).
 //!
-//! An iteration is preconditioned with a factor of single numbers, which takes half the time, where rounding matters little, that is, where
-//! x − M A x is small for x = M r, the motion of which the factor M says that it is soft.
+//! An iteration is preconditioned with a factor of single numbers, which takes half the time, where rounding matters
+//! little, that is, where x − M A x is small for x = M r, the motion of which the factor M says that it is soft.
 
 use super::direct::{Precision, structure};
 use super::sparse::{SparseFactor, SparseMatrix};
@@ -142,8 +142,8 @@ fn lower_part(a: &SparseMatrix, order: &[u32], s: &[f64]) -> SparseMatrix {
     })
 }
 
-/// Numbers in the factor of a symmetric matrix with these entries, of which those on its diagonal and below count; `None` where they
-/// are too many to be counted.
+/// Numbers in the factor of a symmetric matrix with these entries, of which those on its diagonal and below count;
+/// `None` where they are too many to be counted.
 pub fn factor_numbers(a: &SparseMatrix) -> Option<usize> {
     let upper = SparseMatrix::from_triplets(a.rows(), a.triplets().filter(|(row, column, _)| column <= row).collect());
     let places = SymbolicSparseColMatRef::new_checked(a.rows(), a.rows(), &upper.start, None, &upper.columns);
@@ -151,8 +151,8 @@ pub fn factor_numbers(a: &SparseMatrix) -> Option<usize> {
     Some(symbolic.len_val())
 }
 
-/// A factor that an iteration is preconditioned with: that of the symmetric part of a matrix where it is positive definite, or else of all
-/// of it.
+/// A factor that an iteration is preconditioned with: that of the symmetric part of a matrix where it is positive
+/// definite, or else of all of it.
 pub struct PreconditioningFactor(FactorKind);
 
 enum FactorKind {
@@ -226,8 +226,8 @@ mod tests {
         }
     }
 
-    /// Single numbers serve where they know the softest motion, of a weak spring that carries a chain of springs of 1 N/m: of 1e-3 N/m, not of
-    /// 1e-9 N/m.
+    /// Single numbers serve where they know the softest motion, of a weak spring that carries a chain of springs of
+    /// 1 N/m: of 1e-3 N/m, not of 1e-9 N/m.
     #[test]
     fn single_numbers_serve_where_rounding_is_small() {
         let chain = |weak: f64| {
@@ -243,7 +243,8 @@ mod tests {
         assert!((force[0][19] / 1019.0 - 1.0).abs() < 1e-2, "{}", force[0][19]);
     }
 
-    /// An arrow with its head at the first unknown fills up if that is eliminated first, and has no fill if it is the last: 2 n − 1 numbers.
+    /// An arrow with its head at the first unknown fills up if that is eliminated first, and has no fill if it is the
+    /// last: 2 n − 1 numbers.
     #[test]
     fn an_order_of_least_degree_leaves_an_arrow_without_fill() {
         let n = 50;

@@ -76,7 +76,8 @@ impl LevelVectors {
 }
 
 impl Hierarchy {
-    /// The hierarchy of a matrix that is nearly symmetric and positive definite; rows without couplings may be anything.
+    /// The hierarchy of a matrix that is nearly symmetric and positive definite; rows without couplings may be
+    /// anything.
     pub fn new(mut a: Csr) -> Self {
         let scaling = scale(&mut a);
         let mut smooth = smooth(&scaling);

@@ -36,8 +36,8 @@ impl<const D: usize> DynamicSubscales<D> {
         }
     }
 
-    /// Finds ũ̂ of a step of length `dt` [s] in a flow with these nodal velocities [m/s], in which the accelerations at its start and of the
-    /// step before have these shares; `size`: of the elements [m].
+    /// Finds ũ̂ of a step of length `dt` [s] in a flow with these nodal velocities [m/s], in which the accelerations at
+    /// its start and of the step before have these shares; `size`: of the elements [m].
     pub(super) fn carry<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,

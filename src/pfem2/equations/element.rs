@@ -174,7 +174,8 @@ impl<const D: usize, const N: usize> Drive<D, N> {
         self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)
     }
 
-    /// Source s without v̂/Δ on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
+    /// Source s without v̂/Δ on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has
+    /// its own ∇p/ρ.
     pub fn forces_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
         let count = own.iter().filter(|own| **own).count();
         let all = equations.stabilisation != Stabilisation::Oss || count == 0;

@@ -1,5 +1,5 @@
-//! Estimates that bound the length of steps: the highest frequency of waves on interfaces, and the time in which the flow crosses an element
-//! (theory H.6–H.8).
+//! Estimates that bound the length of steps: the highest frequency of waves on interfaces, and the time in which the
+//! flow crosses an element (theory H.6–H.8).
 
 use super::system::VelocityPressureSystem;
 use crate::math::Vector;
@@ -8,7 +8,8 @@ use crate::parallel;
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// The highest frequency of waves on the interfaces that are there [1/s]; zero where there is none.
     ///
-    /// ω² = (|ρ_1 − ρ_2| g k + σ k³)/(ρ_1 + ρ_2) between deep fluids, with the shortest wave of an element, k = π/h. Theory (H.9).
+    /// ω² = (|ρ_1 − ρ_2| g k + σ k³)/(ρ_1 + ρ_2) between deep fluids, with the shortest wave of an element, k = π/h.
+    /// Theory (H.9).
     pub fn wave_frequency(&self) -> f64 {
         let gravity = |e: usize| {
             let nodes = &self.mesh.elements()[e];

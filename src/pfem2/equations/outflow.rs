@@ -13,10 +13,10 @@
 //! This is the condition of the benchmarks that are computed with ∫μ ∇v:∇w (Heywood, Rannacher & Turek 1996); for
 //! viscosities that vary only the term on the boundary does the same. It makes the rows of open facets unsymmetric.
 //!
-//! Fluid that comes in brings kinetic energy ½ρ|v|² per volume. Under a static pressure from outside no work supplies it, and what
-//! leaves below and comes back above is faster each time; under a total pressure the fluid outside pays with its pressure, as
-//! on the way out of a large vessel at rest (Bruneau & Fabrie 1994; Esmaily Moghadam et al. 2011). Where nothing comes in,
-//! the term vanishes.
+//! Fluid that comes in brings kinetic energy ½ρ|v|² per volume. Under a static pressure from outside no work supplies
+//! it, and what leaves below and comes back above is faster each time; under a total pressure the fluid outside pays
+//! with its pressure, as on the way out of a large vessel at rest (Bruneau & Fabrie 1994; Esmaily Moghadam et al.
+//! 2011). Where nothing comes in, the term vanishes.
 
 use super::element::Block;
 use crate::math::Vector;
@@ -46,7 +46,8 @@ pub fn release<const D: usize, const N: usize>(
     }
 }
 
-/// −½ρ/d (v̂_i·S_f)₋ of an element's local node `i` over its open facets [kg/s]; `density` [kg/m³], `convected`: v̂_i [m/s].
+/// −½ρ/d (v̂_i·S_f)₋ of an element's local node `i` over its open facets [kg/s]; `density` [kg/m³], `convected`: v̂_i
+/// [m/s].
 pub fn back<const D: usize, const N: usize>(
     simplex: &Simplex<D, N>,
     density: f64,

@@ -9,7 +9,8 @@
 //! Behr 2004. The nodal normals n_i ∝ Σ_f ∫N_i n_f dA (Engelman, Sani & Gresho 1982) balance a constant pressure by
 //! themselves; one that varies along the wall would push the fluid around it, and gravity would set a fluid at rest in
 //! motion. With this term the rows of slip nodes hold ∫N_i ∇p: a linear pressure is in balance with gravity to the last
-//! digits. It makes these rows unsymmetric, and it counts to the force on the wall, which takes up the pressure of its facets.
+//! digits. It makes these rows unsymmetric, and it counts to the force on the wall, which takes up the pressure of its
+//! facets.
 
 use super::element::Block;
 use crate::mesh::{Mesh, Simplex};
@@ -35,7 +36,8 @@ pub fn press<const D: usize, const N: usize>(
     }
 }
 
-/// ∮F N_j n_f dA of the slip facets of a cut element [m²], for each function F of the enriched pressure: a column of K_se.
+/// ∮F N_j n_f dA of the slip facets of a cut element [m²], for each function F of the enriched pressure: a column of
+/// K_se.
 pub fn press_enriched<const D: usize, const N: usize>(
     cut: &CutGeometry<N>,
     enrichment: Enrichment,

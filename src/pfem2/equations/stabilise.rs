@@ -1,4 +1,5 @@
-//! Subscales of a step: carried along with the flow, found with the solution, and projected for the next step (theory F.7).
+//! Subscales of a step: carried along with the flow, found with the solution, and projected for the next step
+//! (theory F.7).
 
 use super::element::Stabilisation;
 use super::subscale;

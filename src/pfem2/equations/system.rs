@@ -161,7 +161,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.immersed = Some(immersed);
     }
 
-    /// Prescribed unknowns of the boundary, without those of supports: bits as in [`PrescribedUnknowns::boundary_mask`].
+    /// Prescribed unknowns of the boundary, without those of supports: bits as in
+    /// [`PrescribedUnknowns::boundary_mask`].
     pub(in crate::pfem2) fn boundary_mask(&self) -> &[u8] {
         &self.prescribed.boundary_mask
     }

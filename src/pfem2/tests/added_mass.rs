@@ -114,10 +114,11 @@ fn a_light_shell_full_of_water_moves_with_the_water_in_it_and_around_it() {
     }
 }
 
-/// A square of 0.4 m in the middle of a box of 1 m: 1.693 times the mass that it displaces, by bilinear finite elements of the potential on meshes of 50 to
-/// 400 elements along half the box, continued to none. (Alone in the plane it is 4.754/4; the same elements give 1.215 in a box ten times its size.) Where the
-/// water glides it is met to 2 % with 13 elements along a side; where it sticks, and the layer at the side is far thinner than an element, what
-/// sticks adds to the mass: half as much with elements of half the size.
+/// A square of 0.4 m in the middle of a box of 1 m: 1.693 times the mass that it displaces, by bilinear finite elements
+/// of the potential on meshes of 50 to 400 elements along half the box, continued to none. (Alone in the plane it is
+/// 4.754/4; the same elements give 1.215 in a box ten times its size.) Where the water glides it is met to 2 % with 13
+/// elements along a side; where it sticks, and the layer at the side is far thinner than an element, what sticks adds
+/// to the mass: half as much with elements of half the size.
 #[test]
 fn a_square_in_a_box_begins_to_move_with_its_added_mass() {
     let (fluid, density, added) = (1000.0, 500.0, 1.693);
@@ -134,8 +135,9 @@ fn a_square_in_a_box_begins_to_move_with_its_added_mass() {
     assert!(sticks[1] < 0.0 && sticks[1].abs() < 0.5 * sticks[0].abs(), "{sticks:?}");
 }
 
-/// The same square where the water glides, from its first step on and after sixteen that together move it by a hundred-thousandth of an element. Subscales
-/// that follow at once let less and less fluid through as it gets faster, and its added mass grows with every step, whatever the step.
+/// The same square where the water glides, from its first step on and after sixteen that together move it by a
+/// hundred-thousandth of an element. Subscales that follow at once let less and less fluid through as it gets faster,
+/// and its added mass grows with every step, whatever the step.
 #[test]
 fn the_added_mass_does_not_grow_with_the_number_of_steps() {
     let added = |stabilisation: Stabilisation, steps: u32| {
@@ -150,8 +152,8 @@ fn the_added_mass_does_not_grow_with_the_number_of_steps() {
     assert!(dynamic.abs() < 0.015 && at_once > 0.06, "{dynamic} {at_once}");
 }
 
-/// A disc as heavy as water that moves in water at rest hits it: of its momentum, with the impulse of the vessel, C/(1 + C) of its energy goes at once,
-/// and the run says so.
+/// A disc as heavy as water that moves in water at rest hits it: of its momentum, with the impulse of the vessel,
+/// C/(1 + C) of its energy goes at once, and the run says so.
 #[test]
 fn a_solid_launched_into_fluid_at_rest_loses_the_share_of_its_added_mass() {
     let radius = 0.4_f64;
@@ -179,8 +181,8 @@ fn a_solid_launched_into_fluid_at_rest_loses_the_share_of_its_added_mass() {
     );
 }
 
-/// Upward acceleration over that of gravity of a square prism of 0.4 m, off the lines of the mesh, that goes all through a box of 1 m by 1 m and glides
-/// along both of its ends.
+/// Upward acceleration over that of gravity of a square prism of 0.4 m, off the lines of the mesh, that goes all
+/// through a box of 1 m by 1 m and glides along both of its ends.
 fn prism_let_go(density: f64, cells: usize) -> f64 {
     let depth = 3.0 / cells as f64;
     let mesh = Mesh::<3, 4>::block(Vector([0.0, -0.5, -0.5]), Vector([depth, 0.5, 0.5]), [3, cells, cells]).unwrap();
@@ -192,8 +194,8 @@ fn prism_let_go(density: f64, cells: usize) -> f64 {
     let_go(mesh, SolidSetup { held, surface: SurfaceCondition::Slip, ..free }, 4) / GRAVITY
 }
 
-/// As heavy as water, the prism hovers, but for what cut points that are kept away from nodes add to its section; half as heavy it begins to move
-/// with the added mass of the square above.
+/// As heavy as water, the prism hovers, but for what cut points that are kept away from nodes add to its section; half
+/// as heavy it begins to move with the added mass of the square above.
 #[test]
 fn a_square_prism_that_glides_in_space_begins_to_move_as_the_square_does() {
     let hovers = prism_let_go(1000.0, 16);

@@ -37,8 +37,8 @@ fn the_velocities_on_the_centre_lines_of_the_cavity_have_the_published_extremes(
     }
 }
 
-/// A lid that starts at once takes the fluid at its nodes along: ½ ρ U² times half a row of cells, 1/16. The ledger begins with it;
-/// without, they would show as much energy from nothing as the flow has.
+/// A lid that starts at once takes the fluid at its nodes along: ½ ρ U² times half a row of cells, 1/16. The ledger
+/// begins with it; without, they would show as much energy from nothing as the flow has.
 #[test]
 fn the_ledger_counts_the_energy_of_a_lid_that_starts_impulsively() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [8; 2]).unwrap();

@@ -10,7 +10,8 @@ use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::TAU;
 
-/// A layer between two corners in plane stress without contraction, clamped at x = 0; of St. Venant & Kirchhoff's material, or neo-Hookean.
+/// A layer between two corners in plane stress without contraction, clamped at x = 0; of St. Venant & Kirchhoff's
+/// material, or neo-Hookean.
 fn layer(corners: [[f64; 2]; 2], counts: [usize; 2], young: f64, is_neo_hookean: bool) -> SolidSetup<2> {
     let mesh = SolidMesh::block(Vector(corners[0]), Vector(corners[1]), counts).unwrap();
     let own = solid(mesh, (young, 0.0), |x| [x[0] < 1e-9; 2], |_| Vector::ZERO);
@@ -56,8 +57,8 @@ fn bending(young: [f64; 2]) -> f64 {
     part(0) + part(1)
 }
 
-/// A cantilever of two layers of other laws and moduli, meshes that don't match, sags under its weight in a gas by q L⁴/(8 B), where it rests from the start;
-/// shear adds 4 B/(κ G A L²), a percent or so.
+/// A cantilever of two layers of other laws and moduli, meshes that don't match, sags under its weight in a gas by q
+/// L⁴/(8 B), where it rests from the start; shear adds 4 B/(κ G A L²), a percent or so.
 #[test]
 fn a_strip_of_two_laws_sags_in_a_gas_as_a_beam_of_two_layers() {
     let (young, gas) = ([1e7, 4e7], 1.0);
@@ -76,8 +77,9 @@ fn a_strip_of_two_laws_sags_in_a_gas_as_a_beam_of_two_layers() {
     assert!((0.0..0.01).contains(&found) && (later - found).abs() < 1e-5, "{found} {later}");
 }
 
-/// A rigid block on a soft stalk, clamped at its foot, that is let go: ω² = 3 E I/(L³ m) of a stalk without mass, less what the turn of the block, whose middle is
-/// c beyond the tip, adds to it. With x = (w, φ) of the tip, K = E I/L³ [[12, −6 L], [−6 L, 4 L²]], M = m [[1, c], [c, c² + r²]].
+/// A rigid block on a soft stalk, clamped at its foot, that is let go: ω² = 3 E I/(L³ m) of a stalk without mass, less
+/// what the turn of the block, whose middle is c beyond the tip, adds to it. With x = (w, φ) of the tip, K = E I/L³
+/// [[12, −6 L], [−6 L, 4 L²]], M = m [[1, c], [c, c² + r²]].
 #[test]
 fn a_rigid_block_on_a_soft_stalk_swings_as_a_mass_on_a_beam() {
     let (young, thick, side, density) = (1e7, 0.04, 0.12, 2e5);

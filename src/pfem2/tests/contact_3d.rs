@@ -122,8 +122,9 @@ fn contacts_in_space_leave_the_momentum_of_a_pair() {
     assert!(largest > 1e3, "they met: {largest}");
 }
 
-/// A bar that meets a wall with its end bounces off after two transits of its wave (St. Venant): the impulse of the wall is what its momentum changes by, and turns it round
-/// but for what the mesh keeps as waves. The gas glides along walls.
+/// A bar that meets a wall with its end bounces off after two transits of its wave (St. Venant): the impulse of the
+/// wall is what its momentum changes by, and turns it round but for what the mesh keeps as waves. The gas glides along
+/// walls.
 #[test]
 fn a_bar_in_space_bounces_off_a_wall_with_its_speed() {
     let (length, side, young, speed) = (0.3, 0.2, 1e6, 0.5);

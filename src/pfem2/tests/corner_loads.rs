@@ -11,8 +11,8 @@ use crate::simulation::Solver;
 /// Elements of the mesh have edges of 6 cm.
 const EDGE: f64 = 0.06;
 
-/// A bar of 1 MPa, a tenth heavier than the water around it, clamped at a wall; it lies `up` [m] above a plane of the mesh, two elements thick, and its
-/// own elements are smaller than those of the mesh.
+/// A bar of 1 MPa, a tenth heavier than the water around it, clamped at a wall; it lies `up` [m] above a plane of the
+/// mesh, two elements thick, and its own elements are smaller than those of the mesh.
 fn bar(up: f64) -> Pfem2<3, 4> {
     let box_size = Vector([8.0 * EDGE, 6.0 * EDGE, 6.0 * EDGE]);
     let mesh = Mesh::<3, 4>::block(Vector::ZERO, box_size, [8, 6, 6]).unwrap();
@@ -29,8 +29,8 @@ fn bar(up: f64) -> Pfem2<3, 4> {
     Pfem2::new(setup)
 }
 
-/// The fluid does on the nodes of a solid what these do on it: the forces of viscosity and inertia have a symmetric matrix, wherever the
-/// surface cuts the mesh.
+/// The fluid does on the nodes of a solid what these do on it: the forces of viscosity and inertia have a symmetric
+/// matrix, wherever the surface cuts the mesh.
 #[test]
 fn viscosity_and_inertia_act_on_solids_as_these_on_the_fluid() {
     for up in [0.0, 0.021] {

@@ -23,7 +23,8 @@ const SPEED: f64 = 1e-6;
 /// Step [s].
 const DT: f64 = 0.1;
 
-/// Added mass over ρ b² and damping over ρ b² ω of a side b [m] with the force that `step` gives after the step from a time [N].
+/// Added mass over ρ b² and damping over ρ b² ω of a side b [m] with the force that `step` gives after the step from a
+/// time [N].
 fn fitted(side: f64, mut step: impl FnMut(f64) -> f64) -> [f64; 2] {
     // The first steps aren't of the second order.
     let (before, steps) = (10, (2.0 * TAU / DT).round() as usize);
@@ -82,7 +83,8 @@ fn swinging(
     })
 }
 
-/// The same of a square of side one in a box of 7, on lines of a mesh with 8 elements along it, where the fluid sticks and nothing resolves its layer.
+/// The same of a square of side one in a box of 7, on lines of a mesh with 8 elements along it, where the fluid sticks
+/// and nothing resolves its layer.
 fn fitted_to_the_mesh(stabilisation: Stabilisation) -> [f64; 2] {
     let (fine, grown): (f64, f64) = (0.125, 1.2);
     let mut sizes: Vec<f64> = (1..60)
@@ -108,8 +110,8 @@ fn fitted_to_the_mesh(stabilisation: Stabilisation) -> [f64; 2] {
     )
 }
 
-/// Published (own finite elements, body-fitted, lumped masses): added mass and damping of a square in a box of seven of its sides, two periods of backward Euler. The mesh
-/// here is coarser away from the square.
+/// Published (own finite elements, body-fitted, lumped masses): added mass and damping of a square in a box of seven of
+/// its sides, two periods of backward Euler. The mesh here is coarser away from the square.
 #[test]
 fn a_square_has_the_published_added_mass_and_damping() {
     for (stabilisation, added, damping) in
@@ -121,8 +123,9 @@ fn a_square_has_the_published_added_mass_and_damping() {
     }
 }
 
-/// The square has, where the fluid glides, the added mass of potential flow, and next to no damping with the default; other subscales take a part of the motion. A step of backward
-/// Euler gives the force of half a step before, ½ ω Δt m_a.
+/// The square has, where the fluid glides, the added mass of potential flow, and next to no damping with the default;
+/// other subscales take a part of the motion. A step of backward Euler gives the force of half a step before, ½ ω Δt
+/// m_a.
 #[test]
 fn a_square_that_glides_has_the_added_mass_of_potential_flow_and_no_damping() {
     let of =
@@ -138,8 +141,8 @@ fn a_square_that_glides_has_the_added_mass_of_potential_flow_and_no_damping() {
     assert!((more - 1.0).abs() < 0.03, "{own:?} {backward:?}");
 }
 
-/// A stiff square on particles of a side of one in a box of 7, `n` elements along it, its surface in the middle of elements; the choices of the paper.
-/// Nodes at least one element below its surface are held.
+/// A stiff square on particles of a side of one in a box of 7, `n` elements along it, its surface in the middle of
+/// elements; the choices of the paper. Nodes at least one element below its surface are held.
 fn on_particles(stabilisation: Stabilisation, n: usize, speed: &str) -> Pfem2<2, 3> {
     let h = 1.0 / n as f64;
     let mesh = Mesh::<2, 3>::block(Vector::splat(0.0), Vector::splat(7.0), [7 * n; 2]).unwrap();
@@ -165,8 +168,8 @@ fn on_particles(stabilisation: Stabilisation, n: usize, speed: &str) -> Pfem2<2,
     })
 }
 
-/// The residual of the paper's stabilisation lacks its inertia: the fluid keeps its volume for the velocity of a time τ before, which damps by ω τ m_a, τ ≈ Δt, beside what backward Euler
-/// and the rest do.
+/// The residual of the paper's stabilisation lacks its inertia: the fluid keeps its volume for the velocity of a time τ
+/// before, which damps by ω τ m_a, τ ≈ Δt, beside what backward Euler and the rest do.
 #[test]
 fn the_stabilisation_of_the_paper_damps_a_square_by_its_delay() {
     let [own, orthogonal] = [Stabilisation::Pspg, Stabilisation::Oss].map(|stabilisation| {

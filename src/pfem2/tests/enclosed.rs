@@ -23,7 +23,8 @@ fn of_triangles() -> SolidMesh<3> {
     SolidMesh::enclosed(mesh.nodes.into_iter().map(Vector).collect(), patches).unwrap()
 }
 
-/// Force of water at rest on a rigid solid that may move or not [N], the volume of the box on the mesh [m³], and its velocity.
+/// Force of water at rest on a rigid solid that may move or not [N], the volume of the box on the mesh [m³], and its
+/// velocity.
 fn in_water(solid: SolidMesh<3>, density: f64, is_free: bool) -> (Vector<3>, f64, Vector<3>) {
     let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [5; 3]).unwrap();
     let none = || std::array::from_fn(|_| (!is_free).then_some(Signal::ZERO));
@@ -52,8 +53,8 @@ fn a_box_of_triangles_has_the_buoyancy_of_one_with_elements() {
     assert!((read - Vector([0.0, 0.0, weight])).norm() < 1e-6 * weight, "{read:?} {weight}");
 }
 
-/// Both begin to sink alike: mass and moments of inertia count as they should. Places where edges meet the surface are found to 10⁻⁷ of an edge,
-/// on facets that aren't the same.
+/// Both begin to sink alike: mass and moments of inertia count as they should. Places where edges meet the surface are
+/// found to 10⁻⁷ of an edge, on facets that aren't the same.
 #[test]
 fn a_box_of_triangles_sinks_as_one_with_elements() {
     let hexahedra = SolidMesh::block(LOWER, UPPER, [2; 3]).unwrap();

@@ -13,9 +13,9 @@ fn term(pfem: &Pfem2<2, 3>, name: &str) -> f64 {
     pfem.snapshot().ledger.terms.iter().find(|term| term.name == name).unwrap().value
 }
 
-/// The vortices v = (sin x cos y, −cos x sin y) between slip walls, of viscosity ν: they keep their shape and decay as e^(−2νt). Steps
-/// are `long` decay times 1/2ν, in which the fluid moves by 0.02, a sixth of a cell, at most. Returns the kinetic energy at
-/// the start and at the end, and the viscous and the numerical dissipation.
+/// The vortices v = (sin x cos y, −cos x sin y) between slip walls, of viscosity ν: they keep their shape and decay as
+/// e^(−2νt). Steps are `long` decay times 1/2ν, in which the fluid moves by 0.02, a sixth of a cell, at most. Returns
+/// the kinetic energy at the start and at the end, and the viscous and the numerical dissipation.
 fn decaying(long: f64, steps: u32) -> [f64; 4] {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(PI), [24; 2]).unwrap();
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
@@ -42,8 +42,8 @@ fn viscous_dissipation_is_the_energy_that_vortices_lose_also_in_long_steps() {
     }
 }
 
-/// A channel that narrows to half its height, between slip walls: what comes in at 1 leaves at 2, ½ρv² four times as much per volume,
-/// and the pressure behind it does that work (Bernoulli). Two volumes of the channel go through.
+/// A channel that narrows to half its height, between slip walls: what comes in at 1 leaves at 2, ½ρv² four times as
+/// much per volume, and the pressure behind it does that work (Bernoulli). Two volumes of the channel go through.
 #[test]
 fn fluid_that_leaves_takes_its_energy_along() {
     let height = |x: f64| 0.75 + 0.25 * (PI * x.clamp(0.5, 1.5) - 0.5 * PI).cos();
@@ -90,7 +90,8 @@ fn said(pfem: &mut Pfem2<2, 3>, steps: std::ops::Range<u32>) -> Vec<String> {
     said
 }
 
-/// Vortices that turn twice lose a part of their energy to a coarse mesh: the run says so, and if it is resumed, not again.
+/// Vortices that turn twice lose a part of their energy to a coarse mesh: the run says so, and if it is resumed, not
+/// again.
 #[test]
 fn the_notice_of_numerical_dissipation_comes_once_also_in_a_resumed_run() {
     let mut pfem = coarse_vortices();
@@ -109,8 +110,9 @@ fn the_notice_of_numerical_dissipation_comes_once_also_in_a_resumed_run() {
     assert!(resumed.snapshot().ledger.remainder(0.0).unwrap() > 0.06, "errors still take as much");
 }
 
-/// A block that supports draw through a box of oil at a steady speed, three and a half elements of the mesh thick, off its lines: a fluid that sticks to
-/// it loses all of the work of the supports to viscosity, most of it in elements that the block cuts.
+/// A block that supports draw through a box of oil at a steady speed, three and a half elements of the mesh thick, off
+/// its lines: a fluid that sticks to it loses all of the work of the supports to viscosity, most of it in elements that
+/// the block cuts.
 #[test]
 fn what_draws_a_solid_through_oil_is_lost_to_viscosity() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();

@@ -50,8 +50,9 @@ fn cut_volume(pfem: &Pfem2<2, 3>) -> f64 {
     pfem.system.immersed.as_ref().map_or(0.0, |immersed| immersed.cut.volume_inside(&pfem.system.mesh))
 }
 
-/// Water under air beside a solid that is held, its surface at any height and angle: nothing moves but by rounding, φ goes on as a plane inside
-/// of the solid, the volumes stay what they are. (With mean densities in the elements that hold both, the fluids fall with 0.1 g Δt.)
+/// Water under air beside a solid that is held, its surface at any height and angle: nothing moves but by rounding, φ
+/// goes on as a plane inside of the solid, the volumes stay what they are. (With mean densities in the elements that
+/// hold both, the fluids fall with 0.1 g Δt.)
 #[test]
 fn fluids_at_rest_stay_at_rest_beside_a_solid_that_is_held() {
     let dt = 0.01;
@@ -101,8 +102,9 @@ fn middle(pfem: &Pfem2<2, 3>) -> Vector<2> {
     places.iter().copied().sum::<Vector<2>>() / places.len() as f64
 }
 
-/// A block on lines of the mesh, or off them by as little as rounding or a step makes: corners at nodes, elements in its corners with all nodes on its surface.
-/// The fluid part ends where the block does, to a ten-thousandth of an element (in elements at corners a thousandth), and the force on it is that of Archimedes; thin slivers cost the
+/// A block on lines of the mesh, or off them by as little as rounding or a step makes: corners at nodes, elements in
+/// its corners with all nodes on its surface. The fluid part ends where the block does, to a ten-thousandth of an
+/// element (in elements at corners a thousandth), and the force on it is that of Archimedes; thin slivers cost the
 /// solver digits of the rest.
 #[test]
 fn the_fluid_ends_at_a_solid_on_lines_of_the_mesh() {
@@ -129,8 +131,8 @@ fn the_fluid_ends_at_a_solid_on_lines_of_the_mesh() {
     }
 }
 
-/// A solid that floats where Archimedes has it stays there, to a ten-thousandth of an element: sides on lines of the mesh and off them. The start lets it
-/// swing: it is not compressed by the water yet.
+/// A solid that floats where Archimedes has it stays there, to a ten-thousandth of an element: sides on lines of the
+/// mesh and off them. The start lets it swing: it is not compressed by the water yet.
 #[test]
 fn a_solid_floats_at_rest() {
     for height in [0.5, 0.513] {
@@ -151,9 +153,9 @@ fn a_solid_floats_at_rest() {
     }
 }
 
-/// A box that was lifted heaves with the period of linear theory, ω² = g B/(m/ρ + a): a is the added mass at this frequency in a tank that is 2.5 boxes wide, by
-/// finite elements of the potential of a flow under a free surface on four meshes, continued to none: 0.9479 s. The period is that between two
-/// falls through the mean.
+/// A box that was lifted heaves with the period of linear theory, ω² = g B/(m/ρ + a): a is the added mass at this
+/// frequency in a tank that is 2.5 boxes wide, by finite elements of the potential of a flow under a free surface on
+/// four meshes, continued to none: 0.9479 s. The period is that between two falls through the mean.
 #[test]
 fn a_box_heaves_with_the_period_of_linear_theory() {
     let (dt, exact) = (0.008, 0.9479);
@@ -172,9 +174,9 @@ fn a_box_heaves_with_the_period_of_linear_theory() {
     assert!((period / exact - 1.0).abs() < 0.03, "{period} {times:?}");
 }
 
-/// A plate that is moved to and fro, through the surface and along it, at up to its own size in a tenth of a second: the water keeps its volume, and the
-/// volumes of the three add up to that of the mesh, also where the plate is as thin as an element. Of a plate of two elements the mesh
-/// shows nine tenths or more, below which a run says so.
+/// A plate that is moved to and fro, through the surface and along it, at up to its own size in a tenth of a second:
+/// the water keeps its volume, and the volumes of the three add up to that of the mesh, also where the plate is as thin
+/// as an element. Of a plate of two elements the mesh shows nine tenths or more, below which a run says so.
 #[test]
 fn volumes_are_kept_beside_a_plate_that_moves_through_the_surface() {
     let thin = [[0.08, 0.5], [0.5, 0.06]];

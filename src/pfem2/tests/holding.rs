@@ -1,4 +1,5 @@
-//! Forces on supports and springs, and of contacts: what holds a solid, and what the fluid and gravity do to it, change its momentum.
+//! Forces on supports and springs, and of contacts: what holds a solid, and what the fluid and gravity do to it, change
+//! its momentum.
 
 use super::solids::{CELLS, GAP, solid, water};
 use super::*;
@@ -11,7 +12,8 @@ use crate::simulation::Solver;
 
 const GRAVITY: [f64; 2] = [3.0, -9.81];
 
-/// A block of 0.3 × 0.2 m and 1000 kg/m³ in the middle of a box of 1 m, with a modulus [Pa] or rigid (0); the side at x = 0.33 m may be held.
+/// A block of 0.3 × 0.2 m and 1000 kg/m³ in the middle of a box of 1 m, with a modulus [Pa] or rigid (0); the side at
+/// x = 0.33 m may be held.
 fn block(young: f64, is_held: bool, velocity: [f64; 2]) -> SolidSetup<2> {
     let mesh = SolidMesh::block(Vector([0.33, 0.41]), Vector([0.63, 0.61]), [3, 2]).unwrap();
     let setup = solid(mesh, (young.max(1.0), 0.3), |x| [is_held && x[0] < 0.331; 2], |_| Vector(velocity));
@@ -53,7 +55,8 @@ fn impulse_and_momentum(pfem: &mut Pfem2<2, 3>, holding: &[(&str, f64)], dt: f64
     [impulse, momentum(pfem) - start]
 }
 
-/// An elastic block on one held side in water that begins to swing: with the means over the steps to rounding of the solution.
+/// An elastic block on one held side in water that begins to swing: with the means over the steps to rounding of the
+/// solution.
 #[test]
 fn supports_of_an_elastic_block_close_its_momentum() {
     let holding = [("support:solid[0]", -1.0), ("support:solid[1]", -1.0)];
@@ -76,8 +79,8 @@ fn springs_close_the_momentum_of_solids() {
     }
 }
 
-/// A rigid block that is shaken: on what drives it the force is its weight and that of the fluid less m a, with m of 60 kg; the moment about a point
-/// is that of a force in its middle, as the fluid, next to nothing here, has none.
+/// A rigid block that is shaken: on what drives it the force is its weight and that of the fluid less m a, with m of
+/// 60 kg; the moment about a point is that of a force in its middle, as the fluid, next to nothing here, has none.
 #[test]
 fn what_shakes_a_rigid_block_bears_its_inertia() {
     let (dt, steps) = (0.002, 50);

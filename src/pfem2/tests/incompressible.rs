@@ -7,8 +7,9 @@ use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 
-/// Water under a pressure all around compresses an incompressible block by what its bulk modulus of 10⁴ G has it (J.18), E_11 = −p/(2 (λ + μ)) in the plane, and
-/// leaves its shape; the mean stress in it is the pressure, but for the part ⅓ · 3/2 of a strain across the plane that is held.
+/// Water under a pressure all around compresses an incompressible block by what its bulk modulus of 10⁴ G has it
+/// (J.18), E_11 = −p/(2 (λ + μ)) in the plane, and leaves its shape; the mean stress in it is the pressure, but for the
+/// part ⅓ · 3/2 of a strain across the plane that is held.
 #[test]
 fn an_incompressible_block_bears_an_even_pressure() {
     let (young, pressure) = (1e4, 1e3);
@@ -64,8 +65,8 @@ fn half_period(poisson: f64) -> f64 {
     panic!("it never came back");
 }
 
-/// A beam in water swings with ν = ½ as with 0.4999, and faster than with 0.3 by the root of (1 − 0.09)/(1 − 0.25), as E/(1 − ν²) bends it, and the
-/// water is most of what moves.
+/// A beam in water swings with ν = ½ as with 0.4999, and faster than with 0.3 by the root of (1 − 0.09)/(1 − 0.25), as
+/// E/(1 − ν²) bends it, and the water is most of what moves.
 #[test]
 fn an_incompressible_beam_swings_in_water_as_a_nearly_incompressible_one() {
     let [own, near, other] = [0.5, 0.4999, 0.3].map(half_period);

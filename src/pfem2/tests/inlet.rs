@@ -33,8 +33,8 @@ fn channel(names: bool) -> Pfem2<2, 3> {
     Pfem2::new(setup)
 }
 
-/// Largest distance of the line from where it belongs in the first quarter of the channel, and its outermost ends there,
-/// after so many steps of `dt`.
+/// Largest distance of the line from where it belongs in the first quarter of the channel, and its outermost ends
+/// there, after so many steps of `dt`.
 fn wandered(names: bool, (steps, dt): (u32, f64)) -> f64 {
     let ([length, _], _, line) = CHANNEL;
     let line = if names { 0.25 } else { line };
@@ -57,7 +57,8 @@ fn a_line_at_an_inlet_stays_where_it_is() {
     }
 }
 
-/// A channel full of air at speed one, into which water begins to flow: its front is at x = t. Exact, however long the steps.
+/// A channel full of air at speed one, into which water begins to flow: its front is at x = t. Exact, however long the
+/// steps.
 #[test]
 fn a_fluid_from_an_inlet_alone_comes_in_with_a_plane_front() {
     for (dt, steps) in [(0.03, 20), (0.004, 60)] {

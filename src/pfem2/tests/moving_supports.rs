@@ -11,8 +11,9 @@ use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::TAU;
 
-/// A bar whose end is moved by A sin Ωt in a light gas: u = A cos k(L − x)/cos kL · sin Ωt with k = Ω √(ρ/E), above its first period; it begins with that motion.
-/// The force of the support is that of the bar, E h A k tan kL sin Ωt against the motion.
+/// A bar whose end is moved by A sin Ωt in a light gas: u = A cos k(L − x)/cos kL · sin Ωt with k = Ω √(ρ/E), above its
+/// first period; it begins with that motion. The force of the support is that of the bar, E h A k tan kL sin Ωt against
+/// the motion.
 #[test]
 fn a_bar_on_a_support_that_swings_has_the_standing_wave() {
     let (length, height, young, size) = (0.6, 0.1, 1e6_f64, 1e-4);
@@ -48,9 +49,10 @@ fn a_bar_on_a_support_that_swings_has_the_standing_wave() {
     assert!(worst < 0.02 * most, "{worst:e} {most:e}");
 }
 
-/// A soft beam, clamped at a wall, that slaps from water into air so fast, under a load to and fro, that most steps are solved again: the sharp volumes of both fluids are what they were, and with the
-/// solid fill the box, at the end of every step that is solved once. In one that is solved again they are off by less than what its surface sweeps from the first prediction on: the next
-/// step puts that right.
+/// A soft beam, clamped at a wall, that slaps from water into air so fast, under a load to and fro, that most steps are
+/// solved again: the sharp volumes of both fluids are what they were, and with the solid fill the box, at the end of
+/// every step that is solved once. In one that is solved again they are off by less than what its surface sweeps from
+/// the first prediction on: the next step puts that right.
 #[test]
 fn sharp_volumes_are_kept_in_steps_that_are_solved_again() {
     let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.8]), [20, 16]).unwrap(), 0.05);

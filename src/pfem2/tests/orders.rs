@@ -1,5 +1,5 @@
-//! Oscillating shear of a viscous fluid by a rigid and by an elastic slab: errors against the exact solutions, and their orders in the size of elements
-//! and of steps.
+//! Oscillating shear of a viscous fluid by a rigid and by an elastic slab: errors against the exact solutions, and
+//! their orders in the size of elements and of steps.
 //!
 //! ```text
 //! fluid    u = Re [(P sinh ks + Q cosh ks) e^{iωt}],   k = √(iω/ν),   s = y − d above the surface of the slab
@@ -7,7 +7,8 @@
 //! s = 0    Q = a ω sin k_s d,   μ k P = −i G k_s a cos k_s d         as fast, and with the same traction
 //! ```
 //!
-//! A rigid slab with the velocity U cos ωt has Q = U, and P = −U coth kH where the fluid ends at a wall at s = H (Stokes' second problem).
+//! A rigid slab with the velocity U cos ωt has Q = U, and P = −U coth kH where the fluid ends at a wall at s = H
+//! (Stokes' second problem).
 
 use super::solids::{bar, solid};
 use super::*;
@@ -153,8 +154,8 @@ fn sheared(cells: usize, exact: Shear, slab: SolidSetup<2>) -> Pfem2<2, 3> {
     Pfem2::new(setup)
 }
 
-/// Errors of the velocity at the end, root mean square over the amplitude of the surface, and of the traction after the first quarter of a turn, the largest over the
-/// amplitude, of `steps` steps in half a period.
+/// Errors of the velocity at the end, root mean square over the amplitude of the surface, and of the traction after the
+/// first quarter of a turn, the largest over the amplitude, of `steps` steps in half a period.
 fn errors(pfem: &mut Pfem2<2, 3>, exact: Shear, steps: usize) -> [f64; 2] {
     let dt = 0.5 / steps as f64;
     let [real, imaginary] = exact.traction();
@@ -183,8 +184,9 @@ fn order(errors: &[[f64; 2]]) -> [f64; 2] {
     [0, 1].map(|k| (errors[0][k] / errors[errors.len() - 1][k]).log2() / halvings)
 }
 
-/// A rigid slab that is moved to and fro, and an elastic one that swings with the fluid: elements and steps of a half and a quarter of the size. (From one to the next the
-/// order of the traction varies, as the surface lies at other places in the elements.)
+/// A rigid slab that is moved to and fro, and an elastic one that swings with the fluid: elements and steps of a half
+/// and a quarter of the size. (From one to the next the order of the traction varies, as the surface lies at other
+/// places in the elements.)
 #[test]
 fn the_shear_above_slabs_converges() {
     for (exact, slab) in [(Shear::rigid(), (|_| rigid_slab()) as fn(usize) -> _), (Shear::elastic(), elastic_slab)] {
@@ -194,8 +196,9 @@ fn the_shear_above_slabs_converges() {
     }
 }
 
-/// Iterations of the coupled system for a bar that pushes twice its mass of water, four steps from the start: 41, 53, 58 and 60 for steps of a tenth, one, ten and a
-/// hundred times the time in which a wave crosses an element. As soon as the stiffness rules they hardly grow any more.
+/// Iterations of the coupled system for a bar that pushes twice its mass of water, four steps from the start: 41, 53,
+/// 58 and 60 for steps of a tenth, one, ten and a hundred times the time in which a wave crosses an element. As soon as
+/// the stiffness rules they hardly grow any more.
 #[test]
 fn long_steps_take_hardly_more_iterations_than_steps_that_resolve_waves() {
     // Three elements over 0.1 m, E = 1 MPa, ρ = 1000 kg/m³.

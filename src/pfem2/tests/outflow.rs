@@ -45,7 +45,8 @@ fn plug<const D: usize, const N: usize>(mesh: Mesh<D, N>, section: f64, dt: f64)
     [worst, shift]
 }
 
-/// Exactly, but for the line between the particles' depths: six tetrahedra across the plug know it to a thousandth of one.
+/// Exactly, but for the line between the particles' depths: six tetrahedra across the plug know it to a thousandth of
+/// one.
 #[test]
 fn a_plug_of_water_leaves_through_an_outlet_as_fast_as_it_moves() {
     let flat = Mesh::<2, 3>::block(Vector::ZERO, Vector([2.4, 0.4]), [36, 6]).unwrap();
@@ -79,8 +80,8 @@ fn the_volume_of_water_in_an_open_tank_is_kept_to_the_last_digits() {
     assert!(pfem.balance.totals.kinetic > 100.0, "{}", pfem.balance.totals.kinetic);
 }
 
-/// Fluid enters at the left, and the right side is open from top to bottom under no pressure: it falls out below, and comes
-/// in above. None falls deeper than the height of the channel, which gives √(2 g H) (Torricelli).
+/// Fluid enters at the left, and the right side is open from top to bottom under no pressure: it falls out below, and
+/// comes in above. None falls deeper than the height of the channel, which gives √(2 g H) (Torricelli).
 #[test]
 fn the_outflow_of_an_open_side_is_no_faster_than_free_fall() {
     const HEIGHT: f64 = 1.0;
@@ -100,8 +101,9 @@ fn the_outflow_of_an_open_side_is_no_faster_than_free_fall() {
     }
 }
 
-/// Flow between plates that a traction A at one end drives against no pressure at the other: when nothing changes any more, each
-/// plate takes half of the force A on the section, to the corners that it shares with the open ends, and momentum stays.
+/// Flow between plates that a traction A at one end drives against no pressure at the other: when nothing changes any
+/// more, each plate takes half of the force A on the section, to the corners that it shares with the open ends, and
+/// momentum stays.
 #[test]
 fn plates_take_the_force_that_drives_the_flow_between_them() {
     let (mesh, driving) = (Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [8; 2]).unwrap(), 0.001);
@@ -119,8 +121,8 @@ fn plates_take_the_force_that_drives_the_flow_between_them() {
     assert!((pfem.forces.on_parts.last[0][0] / pfem.forces.on_parts.last[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
 }
 
-/// Half of a plug of water leaves a channel full of air and the flow turns back, x(t) = x₀ + A sin(πt): what comes back is the air that
-/// the outlet had at the start.
+/// Half of a plug of water leaves a channel full of air and the flow turns back, x(t) = x₀ + A sin(πt): what comes back
+/// is the air that the outlet had at the start.
 #[test]
 fn backflow_brings_the_fluid_of_the_place_at_the_start() {
     const REACH: f64 = 0.5;
@@ -151,8 +153,8 @@ fn backflow_brings_the_fluid_of_the_place_at_the_start() {
     }
 }
 
-/// A drop of water in air of a thousandth of its density drifts out of a channel with 0.1 m/s: it is gone when it should be, and
-/// stirs up the air no more than a drop inside the channel does.
+/// A drop of water in air of a thousandth of its density drifts out of a channel with 0.1 m/s: it is gone when it
+/// should be, and stirs up the air no more than a drop inside the channel does.
 #[test]
 fn a_drop_with_surface_tension_leaves() {
     const SPEED: f64 = 0.1;

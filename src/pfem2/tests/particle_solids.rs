@@ -97,7 +97,8 @@ impl<const D: usize, const N: usize> Still<D, N> {
         Self { system, list, level }
     }
 
-    /// A step from v̂ [m/s]: pressures of nodes and of cut elements, and stresses of elements, are those that the step before has left.
+    /// A step from v̂ [m/s]: pressures of nodes and of cut elements, and stresses of elements, are those that the step
+    /// before has left.
     fn step(&mut self, dt: f64, convected: &[Vector<D>]) {
         let phases = Phases { list: &self.list, fraction: &[], level: &self.level };
         self.system.solve(ThetaStep { t: 0.0, dt, theta: 1.0 }, &phases, convected).unwrap();
@@ -120,8 +121,8 @@ impl<const D: usize, const N: usize> Still<D, N> {
     }
 }
 
-/// The split shape functions of the pressure: both parts together are the whole, D + D* = V/(d+1) g; those of the solid's side have its
-/// volume and centre.
+/// The split shape functions of the pressure: both parts together are the whole, D + D* = V/(d+1) g; those of the
+/// solid's side have its volume and centre.
 #[test]
 fn the_split_pressure_is_a_partition_of_the_standard_one() {
     fn check<const D: usize, const N: usize>(x: [Vector<D>; N]) {
@@ -158,7 +159,8 @@ fn the_split_pressure_is_a_partition_of_the_standard_one() {
     check([[0.0, 0.1, 0.0], [1.0, 0.0, 0.2], [0.1, 0.9, 0.0], [0.2, 0.3, 1.1]].map(Vector));
 }
 
-/// One node of one triangle swings along y: ω² = (μ (4/3 g_y² + g_x²) + κ g_y²) V/m. Acceleration at tⁿ⁺³ᐟ² against stress at tⁿ⁺¹:
+/// One node of one triangle swings along y: ω² = (μ (4/3 g_y² + g_x²) + κ g_y²) V/m. Acceleration at tⁿ⁺³ᐟ² against
+/// stress at tⁿ⁺¹:
 /// (2z − 1)(z − 1)² + h² z³ = 0 with h = ωΔt, a damping ratio of 0.35 % and 1.7 % less of the frequency at h = 0.2.
 #[test]
 fn a_triangle_of_a_solid_on_particles_has_frequency_and_damping_of_the_scheme() {
@@ -190,7 +192,8 @@ fn a_triangle_of_a_solid_on_particles_has_frequency_and_damping_of_the_scheme() 
         velocity.clone_from(&still.system.velocity);
         swings.push(velocity[2][1]);
     }
-    // Any sequence of two roots z, z̄ obeys x_{n+2} = 2 Re z x_{n+1} − |z|² x_n; the third root of the scheme has died out by then.
+    // Any sequence of two roots z, z̄ obeys x_{n+2} = 2 Re z x_{n+1} − |z|² x_n; the third root of the scheme has died
+    // out by then.
     let [a, b, c, d] = [1000, 1001, 1002, 1003].map(|n: usize| swings[n]);
     let determinant = b * b - a * c;
     let (trace, square) = ((b * c - a * d) / determinant, (c * c - b * d) / determinant);
@@ -200,8 +203,9 @@ fn a_triangle_of_a_solid_on_particles_has_frequency_and_damping_of_the_scheme() 
     assert!((phase / h - 0.983).abs() < 1e-3, "{}", phase / h);
 }
 
-/// Solid and fluid side by side under gravity, the solid with the stress that holds both at rest: the mean pressures of the two differ at the
-/// interface by ⅓ (ρ_s − ρ_f) g ζ (Becker (28)), and nothing moves. The fluid pushes the solid with ½ ρ_f g H².
+/// Solid and fluid side by side under gravity, the solid with the stress that holds both at rest: the mean pressures of
+/// the two differ at the interface by ⅓ (ρ_s − ρ_f) g ζ (Becker (28)), and nothing moves. The fluid pushes the solid
+/// with ½ ρ_f g H².
 fn rests<const D: usize, const N: usize>(cells: usize) {
     const G: f64 = 9.81;
     const WATER: f64 = 1000.0;
@@ -258,8 +262,8 @@ fn rests<const D: usize, const N: usize>(cells: usize) {
     assert!((force / (-0.5 * WATER * G) - 1.0).abs() < 1e-9, "{force}");
 }
 
-/// Gives nodes, cut elements and elements their pressures [Pa] and deviators [Pa]: those of the side, and of the centre of the solid in an
-/// element.
+/// Gives nodes, cut elements and elements their pressures [Pa] and deviators [Pa]: those of the side, and of the centre
+/// of the solid in an element.
 fn prestress<const D: usize, const N: usize>(
     still: &mut Still<D, N>,
     pressure: impl Fn(Vector<D>, bool) -> f64,
@@ -292,8 +296,8 @@ fn a_prestressed_block_stays_at_rest_beside_a_fluid_of_another_pressure() {
     rests::<3, 4>(4);
 }
 
-/// A solid that turns as a whole: the invariants of its stress stay what they are, and after a turn the stress is that of the start but for the
-/// angle by which the steps miss it.
+/// A solid that turns as a whole: the invariants of its stress stay what they are, and after a turn the stress is that
+/// of the start but for the angle by which the steps miss it.
 #[test]
 fn stress_turns_with_the_solid() {
     let mesh = disc(6, 24);
@@ -327,7 +331,8 @@ fn stress_turns_with_the_solid() {
     }
 }
 
-/// Beam of `n` elements over its thickness in a light fluid, surfaces and tip in the middle of elements: mesh, length, place of the tip [m].
+/// Beam of `n` elements over its thickness in a light fluid, surfaces and tip in the middle of elements: mesh, length,
+/// place of the tip [m].
 fn cantilever(n: usize) -> (Mesh<2, 3>, f64, Vector<2>) {
     let h = 0.1 / n as f64;
     let cells = [14 * n, 7 * n];
@@ -401,8 +406,8 @@ fn deflection_with_projection(n: usize, steps: usize) -> f64 {
     moved / deflection(length, LOAD) - 1.0
 }
 
-/// A cantilever in a light fluid, clamped by a wall of the mesh: the whole step of the paper. Its load bends it by nothing that moves particles
-/// from their elements.
+/// A cantilever in a light fluid, clamped by a wall of the mesh: the whole step of the paper. Its load bends it by
+/// nothing that moves particles from their elements.
 fn run_cantilever(
     n: usize,
     [gravity, dt]: [f64; 2],
@@ -415,7 +420,8 @@ fn run_cantilever(
     (run(mesh, Vec::new(), physics, solid([1000.0, 1e7, 0.3]), (phase, start)), length)
 }
 
-/// Published: −20.8 and −7.3 % of the deflection with 3 and 6 elements over the thickness, the interface in the middle of elements.
+/// Published: −20.8 and −7.3 % of the deflection with 3 and 6 elements over the thickness, the interface in the middle
+/// of elements.
 #[test]
 fn a_cantilever_without_projection_is_as_stiff_as_the_space_of_the_paper() {
     let errors = [3, 6].map(deflection_without_projection);
@@ -456,8 +462,8 @@ pub fn paper_beam() -> Pfem2<2, 3> {
     run(mesh, sets, physics, solid([1200.0, 2e4, 0.3]), (move |x| u8::from(inside(x)), start))
 }
 
-/// Particles of a solid are neither merged nor dropped nor joined by others while they cross elements, however crowded; the volume that the
-/// mesh shows of it stays.
+/// Particles of a solid are neither merged nor dropped nor joined by others while they cross elements, however crowded;
+/// the volume that the mesh shows of it stays.
 #[test]
 fn particles_of_a_solid_stay_as_they_are() {
     let mut pfem = paper_beam();
@@ -511,8 +517,9 @@ fn an_empty_element_of_a_solid_takes_the_stress_around_it() {
     }
 }
 
-/// Force that a fluid takes to move a rigid square of side one on particles by a step from rest, over ρ b²/Δt: `n` elements along it, its surface in the middle of elements; what is
-/// projected of the pressure gradient is that of the same step.
+/// Force that a fluid takes to move a rigid square of side one on particles by a step from rest, over ρ b²/Δt: `n`
+/// elements along it, its surface in the middle of elements; what is projected of the pressure gradient is that of the
+/// same step.
 fn added_mass_from_rest(stabilisation: Stabilisation, n: usize) -> f64 {
     let h = 1.0 / n as f64;
     let line: Vec<f64> = (0..=7 * n).map(|k| k as f64 * h).collect();
@@ -540,7 +547,8 @@ fn added_mass_from_rest(stabilisation: Stabilisation, n: usize) -> f64 {
     -solids.forces[0][0] * dt / 1000.0
 }
 
-/// Published: 4.60 and 2.61 with 3 and 6 elements along the square, 1.19 exactly: what shares an element with the solid moves as one with it.
+/// Published: 4.60 and 2.61 with 3 and 6 elements along the square, 1.19 exactly: what shares an element with the solid
+/// moves as one with it.
 #[test]
 fn a_square_on_particles_has_the_added_mass_of_a_larger_one() {
     for (n, published) in [(3, 4.60), (6, 2.61)] {

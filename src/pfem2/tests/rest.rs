@@ -79,8 +79,8 @@ fn cushion() -> Mesh<3, 4> {
     })
 }
 
-/// The largest speed of a fluid at rest in a slip wall after some steps, over the time and gravity that acts along no axis,
-/// and the force on the wall over the weight.
+/// The largest speed of a fluid at rest in a slip wall after some steps, over the time and gravity that acts along no
+/// axis, and the force on the wall over the weight.
 fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vector<D>) {
     let (dt, steps) = (0.05, 20);
     let gravity = Vector::from_fn(|axis| [0.6, -0.8, 0.5][axis]);
@@ -104,7 +104,8 @@ fn a_fluid_in_a_curved_slip_wall_stays_at_rest() {
     assert!(speed < 1e-10 && force.norm() < 1e-10, "{speed:e} {force:?}");
 }
 
-/// A force that is the same everywhere has a potential; what is projected for the stabilisation is what it leaves over, nothing.
+/// A force that is the same everywhere has a potential; what is projected for the stabilisation is what it leaves over,
+/// nothing.
 #[test]
 fn a_fluid_stays_at_rest_under_a_force_that_changes_in_time() {
     let (mesh, dt, steps) = (egg(), 0.05, 40);
@@ -207,8 +208,8 @@ fn an_interface_along_the_facets_of_the_mesh_stays_there() {
     rests_on_facets(Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0, 1.0, 1.25]), [4, 4, 5]).unwrap(), 0.5);
 }
 
-/// The interface through the middle of elements, above or below nodes by a hair, particles at odd places: after so many steps that
-/// depths have been measured anew several times, nothing moves but by round-off of the linear solver.
+/// The interface through the middle of elements, above or below nodes by a hair, particles at odd places: after so many
+/// steps that depths have been measured anew several times, nothing moves but by round-off of the linear solver.
 fn rests_in_elements<const D: usize, const N: usize>(mesh: Mesh<D, N>, steps: u32) {
     let cell = 0.125;
     for part in [0.03, 0.31, 0.742] {
@@ -235,8 +236,9 @@ fn an_interface_inside_elements_stays_there_over_many_steps() {
     rests_in_elements(Mesh::<3, 4>::block(Vector::ZERO, Vector([0.5, 0.5, 1.25]), [4, 4, 10]).unwrap(), 30);
 }
 
-/// Water reaches a little beyond a line of the mesh, or nearly to the next, and both fluids are stirred by a micrometre per second: that stays what it was,
-/// however often it passes from the particles of the sliver to the nodes of the air and back.
+/// Water reaches a little beyond a line of the mesh, or nearly to the next, and both fluids are stirred by a micrometre
+/// per second: that stays what it was, however often it passes from the particles of the sliver to the nodes of the air
+/// and back.
 #[test]
 fn stirred_slivers_of_water_and_air_do_not_grow() {
     for stabilisation in [Stabilisation::Oss, Stabilisation::ConsistentPspg, Stabilisation::Dynamic] {
@@ -265,8 +267,8 @@ fn a_volume_that_could_not_be_kept_gives_a_notice() {
     assert!(said.iter().any(|text| text.contains("volume of `water` could not be kept")), "{said:?}");
 }
 
-/// A viscous column, 0.5 wide and 0.8 high in a box of 1 under a light fluid, ends flat: (ρ₁ − ρ₂) g V falls by 0.2, and the
-/// work is Σ m g y less than at the start to round-off, which the work on the velocity of the nodes isn't.
+/// A viscous column, 0.5 wide and 0.8 high in a box of 1 under a light fluid, ends flat: (ρ₁ − ρ₂) g V falls by 0.2,
+/// and the work is Σ m g y less than at the start to round-off, which the work on the velocity of the nodes isn't.
 #[test]
 fn the_work_of_gravity_is_the_loss_of_potential_energy() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [20; 2]).unwrap();

@@ -40,7 +40,8 @@ fn middle(pfem: &Pfem2<2, 3>) -> Vector<2> {
     places.iter().copied().sum::<Vector<2>>() / places.len() as f64
 }
 
-/// The largest speed of the box, and of all, over √(g H), and its way from where it begins over an element, in a thousand steps.
+/// The largest speed of the box, and of all, over √(g H), and its way from where it begins over an element, in a
+/// thousand steps.
 fn floats(young: f64) -> [f64; 3] {
     let (height, dt, cells) = (0.513, 0.01, 20);
     let size = 1.0 / cells as f64;
@@ -67,16 +68,17 @@ fn a_rigid_box_floats_at_rest_for_a_thousand_steps() {
     assert!(speed < 1e-12 && fluid < 1e-10 && drift < 1e-10, "{speed:e} {fluid:e} {drift:e}");
 }
 
-/// An elastic one that begins in equilibrium, compressed by the water, moves with less than a millionth of √(g H), and goes no farther than a ten-thousandth of an element. (What is left
-/// is what the search for the equilibrium leaves; water and air don't damp it.)
+/// An elastic one that begins in equilibrium, compressed by the water, moves with less than a millionth of √(g H), and
+/// goes no farther than a ten-thousandth of an element. (What is left is what the search for the equilibrium leaves;
+/// water and air don't damp it.)
 #[test]
 fn an_elastic_box_floats_at_rest_for_a_thousand_steps() {
     let [speed, fluid, drift] = floats(1e8);
     assert!(speed < 1e-6 && drift < 1e-4, "{speed:e} {fluid:e} {drift:e}");
 }
 
-/// A block that stands on the floor beside a fluid, clamped there, compressed by its weight and the pressure at its sides and on it: it begins in equilibrium, and neither it nor the
-/// fluid moves.
+/// A block that stands on the floor beside a fluid, clamped there, compressed by its weight and the pressure at its
+/// sides and on it: it begins in equilibrium, and neither it nor the fluid moves.
 #[test]
 fn a_block_under_its_weight_rests_beside_a_fluid() {
     let (young, density, block_density) = (1e7, 1000.0, 2500.0);
@@ -108,7 +110,8 @@ fn a_block_under_its_weight_rests_beside_a_fluid() {
     assert!(of_fluid < 1e-10 * wave && of_block < 1e-10 * wave, "{of_fluid:e} {of_block:e}");
 }
 
-/// The forces of fluids at rest on a rigid block that is held on the floor, off the lines of the mesh, and on the walls [N]; `depth` of the water, under air [m].
+/// The forces of fluids at rest on a rigid block that is held on the floor, off the lines of the mesh, and on the walls
+/// [N]; `depth` of the water, under air [m].
 fn forces_at_floor_block(depth: f64) -> [Vector<2>; 2] {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [12; 2]).unwrap();
     let own = SolidMesh::block(Vector([0.37, 0.0]), Vector([0.72, 0.64]), [2, 3]).unwrap();
@@ -129,8 +132,9 @@ fn forces_at_floor_block(depth: f64) -> [Vector<2>; 2] {
     [pfem.solids.as_ref().unwrap().last.forces.last[0], pfem.forces.on_parts.last[0]]
 }
 
-/// The floor bears the pressure of the fluid up to the feet of a block: on the block weighs what is above it, on the floor what is above the rest, and nothing pushes the block
-/// aside; in deep water, and where water and air meet in the elements at its feet.
+/// The floor bears the pressure of the fluid up to the feet of a block: on the block weighs what is above it, on the
+/// floor what is above the rest, and nothing pushes the block aside; in deep water, and where water and air meet in the
+/// elements at its feet.
 #[test]
 fn the_floor_bears_the_pressure_at_the_feet_of_a_block() {
     for depth in [0.8, 0.03] {
@@ -146,7 +150,8 @@ fn the_floor_bears_the_pressure_at_the_feet_of_a_block() {
     }
 }
 
-/// Water, oil and air in layers, with or without a block that is held in all three: the largest speed over so many steps over √(g H).
+/// Water, oil and air in layers, with or without a block that is held in all three: the largest speed over so many
+/// steps over √(g H).
 fn stirred_layers(block: bool, steps: u32) -> f64 {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
     let fluids = vec![fluid("water", 1000.0, 1e-3), fluid("oil", 900.0, 0.1), fluid("air", 1.0, 1e-5)];
@@ -181,7 +186,8 @@ fn stirred_layers(block: bool, steps: u32) -> f64 {
     most / GRAVITY.sqrt()
 }
 
-/// Water, oil and air in layers hold still to what the line between them is noisy by, beside a block that is held in all three as without it; none gains or loses volume.
+/// Water, oil and air in layers hold still to what the line between them is noisy by, beside a block that is held in
+/// all three as without it; none gains or loses volume.
 #[test]
 fn three_layers_rest_beside_a_block_as_without_it() {
     let [without, with] = [false, true].map(|block| stirred_layers(block, 60));

@@ -1,4 +1,5 @@
-//! The same bits after a restart and for any number of threads: solids in space, bonds, automatic steps, steps that are solved again.
+//! The same bits after a restart and for any number of threads: solids in space, bonds, automatic steps, steps that are
+//! solved again.
 
 use super::solids::solid;
 use super::*;
@@ -16,7 +17,8 @@ fn bytes<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>) -> Vec<(String,
     columns
 }
 
-/// Goes on for some steps, of `dt` [s] or as long as the run would have them from step to step; returns the time, and how often steps were solved.
+/// Goes on for some steps, of `dt` [s] or as long as the run would have them from step to step; returns the time, and
+/// how often steps were solved.
 fn advance<const D: usize, const N: usize>(
     pfem: &mut Pfem2<D, N>,
     dt: Option<f64>,
@@ -33,8 +35,8 @@ fn advance<const D: usize, const N: usize>(
     (t, solutions)
 }
 
-/// A run of eight steps, and one that is saved after four and goes on in a model made anew; with other numbers of threads. Returns how often steps
-/// were solved, and the time at the end.
+/// A run of eight steps, and one that is saved after four and goes on in a model made anew; with other numbers of
+/// threads. Returns how often steps were solved, and the time at the end.
 fn goes_on_with_the_same_bits<const D: usize, const N: usize>(
     case: impl Fn() -> Pfem2<D, N> + Sync,
     dt: Option<f64>,

@@ -405,7 +405,8 @@ fn an_even_pressure_of_the_fluid_compresses_a_soft_block_evenly() {
 }
 
 /// Forces of an even pressure on the nodes of a block of `parts` elements in a shaken mesh of ten cells along a side,
-/// less ∫ N_a n dA by Simpson's rule on its sides, over the largest of these; in space for nodes that are near to fewer sides at once than `sides`.
+/// less ∫ N_a n dA by Simpson's rule on its sides, over the largest of these; in space for nodes that are near to fewer
+/// sides at once than `sides`.
 fn error_of_an_even_pressure<const D: usize, const N: usize>(
     [lower, upper]: [Vector<D>; 2],
     parts: [usize; D],
@@ -448,8 +449,9 @@ fn error_of_an_even_pressure<const D: usize, const N: usize>(
 }
 
 /// An even pressure acts on each node of a solid with ∫ N_a n dA, whatever lies closer, its nodes or those of the mesh:
-/// to rounding in the plane, and in space to 4 % of the largest away from edges and 10 % at edges away from corners, since triangles between cut
-/// points aren't divided along the sides of facets. From cut points alone it would be off by three times the share.
+/// to rounding in the plane, and in space to 4 % of the largest away from edges and 10 % at edges away from corners,
+/// since triangles between cut points aren't divided along the sides of facets. From cut points alone it would be off
+/// by three times the share.
 #[test]
 fn an_even_pressure_pushes_each_node_with_its_share_of_the_surface() {
     let law = || Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, 1e6, 0.3) });

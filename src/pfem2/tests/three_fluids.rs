@@ -26,7 +26,8 @@ fn most_missing(volume: VolumeCorrection) -> f64 {
     most
 }
 
-/// Up to what two elements jump by that begin to hold a third fluid in one step, each one part in 512 of the box and one in 82 of a fluid.
+/// Up to what two elements jump by that begin to hold a third fluid in one step, each one part in 512 of the box and
+/// one in 82 of a fluid.
 #[test]
 fn three_fluids_keep_their_volumes_where_they_splash() {
     let [kept, free] = [VolumeCorrection::Shift, VolumeCorrection::None].map(most_missing);

@@ -42,8 +42,8 @@ fn energy(pfem: &Pfem2<2, 3>) -> f64 {
     (0..pfem.system.mesh.elements().len()).map(of).sum()
 }
 
-/// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh, for five turns of its middle in long ones: next to
-/// what these lose, nothing is taken.
+/// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh, for five turns of
+/// its middle in long ones: next to what these lose, nothing is taken.
 #[test]
 fn the_bound_of_unresolved_velocities_leaves_a_vortex_unchanged() {
     let vortex = |x: Vector<2>| {
@@ -61,8 +61,9 @@ fn the_bound_of_unresolved_velocities_leaves_a_vortex_unchanged() {
     }
 }
 
-/// Every fifth particle of a fluid at rest has a speed of 1 m/s, in turns to the left and to the right: the mesh sees little of it.
-/// Momentum is kept, the energy that is taken is counted, and what is left is no more than what neighbouring nodes show.
+/// Every fifth particle of a fluid at rest has a speed of 1 m/s, in turns to the left and to the right: the mesh sees
+/// little of it. Momentum is kept, the energy that is taken is counted, and what is left is no more than what
+/// neighbouring nodes show.
 #[test]
 fn unresolved_velocities_are_bounded_and_their_energy_is_counted() {
     let mut pfem = boxed(8, |_| Vector::ZERO);

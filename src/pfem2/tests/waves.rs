@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 
 const GRAVITY: f64 = 9.81;
 
-/// A box of width and height 1, half full, under a rigid lid, with the surface at height · cos πnx. Rows of cells become
-/// thinner towards the surface, y ↦ ½ sinh(by)/sinh(b/2): along it one fluid glides on the other, but the mesh has one
-/// velocity for both.
+/// A box of width and height 1, half full, under a rigid lid, with the surface at height · cos πnx. Rows of cells
+/// become thinner towards the surface, y ↦ ½ sinh(by)/sinh(b/2): along it one fluid glides on the other, but the mesh
+/// has one velocity for both.
 fn half_full([columns, rows]: [usize; 2], thinning: f64, (height, n): (f64, f64), densities: [f64; 2]) -> Pfem2<2, 3> {
     let even = Mesh::<2, 3>::block(Vector([0.0, -0.5]), Vector([1.0, 0.5]), [columns, rows]).unwrap();
     let place = |x: &Vector<2>| Vector([x[0], 0.5 * (thinning * x[1]).sinh() / (0.5 * thinning).sinh()]);
@@ -63,8 +63,8 @@ fn water_under_air_sloshes_with_the_period_of_linear_theory() {
     assert!((period / 1.182998 - 1.0).abs() < 0.01, "{period}");
 }
 
-/// The kinetic energy after each of 90 steps of Δt = `part` times the bound, over the potential energy that `n` half waves begin
-/// with, ¼ (ρ₁ − ρ₂) g a².
+/// The kinetic energy after each of 90 steps of Δt = `part` times the bound, over the potential energy that `n` half
+/// waves begin with, ¼ (ρ₁ − ρ₂) g a².
 fn energies_of_waves(n: f64, part: f64) -> Vec<f64> {
     let (height, densities) = (0.02 / n, [1000.0, 1.0]);
     let mut pfem = half_full([20, 20], 0.1, (height, n), densities);
@@ -90,8 +90,8 @@ fn waves_do_not_grow_below_the_bound() {
     }
 }
 
-/// A wave of twenty elements, two periods of which have passed. With cut elements stabilised against the body force alone, 0.56 of its
-/// energy was left.
+/// A wave of twenty elements, two periods of which have passed. With cut elements stabilised against the body force
+/// alone, 0.56 of its energy was left.
 #[test]
 fn waves_keep_their_energy_in_short_steps() {
     let energy = greatest(&energies_of_waves(2.0, 1.0 / 3.0)[60..]);

@@ -4,7 +4,8 @@
 //! D_w = S_ww of nodes that move freely, infinite of others;      Z = E_p D⁻¹ F_p
 //! ```
 //!
-//! Z is kept between nodes of the fluid that share an element; what it has between others is added to its diagonal, so that even pressures see all of it.
+//! Z is kept between nodes of the fluid that share an element; what it has between others is added to its diagonal, so
+//! that even pressures see all of it.
 
 use super::node_coupling::NodeCoupling;
 use crate::linalg::{Pattern, PressureCompliance};
@@ -14,7 +15,8 @@ use std::collections::HashMap;
 /// A coupling of a node of the fluid to a free velocity w: its number, E_pw / D_w and F_wp.
 type FreeCoupling = (u32, f64, f64);
 
-/// The compliance of solids whose independent velocities have this diagonal of S, by the blocks that couple them to the fluid.
+/// The compliance of solids whose independent velocities have this diagonal of S, by the blocks that couple them to the
+/// fluid.
 pub(super) fn compliance<const D: usize, const N: usize>(
     couplings: &[NodeCoupling<D, N>],
     velocities: &IndependentVelocities,

@@ -98,8 +98,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         cut_forces(mesh, &elements[place], points, medium, [&|i| velocity[i], &|a| self.velocity_of(a)])
     }
 
-    /// ∫2μ d:d over the fluid part of a cut element, at these nodal velocities [m/s] and that of the solids at the end of the last step [W];
-    /// `viscosity` is that of the fluid times its part of the element [Pa s].
+    /// ∫2μ d:d over the fluid part of a cut element, at these nodal velocities [m/s] and that of the solids at the end
+    /// of the last step [W]; `viscosity` is that of the fluid times its part of the element [Pa s].
     pub fn viscous_power(&self, mesh: &Mesh<D, N>, place: usize, viscosity: f64, velocity: &[Vector<D>]) -> f64 {
         let SolidCut { elements, points, .. } = &self.cut;
         let cut = &elements[place];

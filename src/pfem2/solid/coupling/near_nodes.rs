@@ -58,7 +58,8 @@ impl NearNodes {
         Some(Self { nodes, factor })
     }
 
-    /// Solves for the velocities of the near nodes and of the border, from the residuals of their rows, for several right-hand sides.
+    /// Solves for the velocities of the near nodes and of the border, from the residuals of their rows, for several
+    /// right-hand sides.
     pub fn solve<const N: usize>(&self, sides: &mut [NearAndBorder<N>]) {
         let together = |side: &NearAndBorder<N>| {
             let velocities = side.near.iter().flat_map(|near| &near[..N - 1]);

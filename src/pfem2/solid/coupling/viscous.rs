@@ -1,4 +1,5 @@
-//! Viscous forces in the fluid part of a cut element, for the consistent stabilisation, and their power (theory F.7.2, F.13, J.3).
+//! Viscous forces in the fluid part of a cut element, for the consistent stabilisation, and their power (theory F.7.2,
+//! F.13, J.3).
 
 use super::fluid_part::{PartGeometry, parts};
 use crate::math::Vector;

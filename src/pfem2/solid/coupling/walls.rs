@@ -5,8 +5,8 @@
 //! A_ck += ∮_W N^s_c N^e_k n dA                                   c: cut points on W;   and its transpose
 //! ```
 //!
-//! The function N^s_c of a cut point on a wall reaches along the wall, too, as far as the next node. Without this term the
-//! pressure there would push the solid, and a solid that leaves the wall would draw fluid through it.
+//! The function N^s_c of a cut point on a wall reaches along the wall, too, as far as the next node. Without this term
+//! the pressure there would push the solid, and a solid that leaves the wall would draw fluid through it.
 
 use super::fluid_part::PartGeometry;
 use crate::math::Vector;
@@ -65,8 +65,8 @@ impl<const D: usize> PartFacet<D> {
         self.corners.iter().filter(|&&c| part.vertices[c] >= N).map(share).collect()
     }
 
-    /// Calls `add` with each vertex that is a cut point, each node k of the element and ∮N^s_c F_k n dA [m²], with the functions F_k of the
-    /// enriched pressure; `level` at the nodes of the element.
+    /// Calls `add` with each vertex that is a cut point, each node k of the element and ∮N^s_c F_k n dA [m²], with the
+    /// functions F_k of the enriched pressure; `level` at the nodes of the element.
     pub fn press_enriched<const N: usize>(
         &self,
         part: &PartGeometry<D, N>,

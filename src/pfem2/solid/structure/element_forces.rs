@@ -25,11 +25,11 @@ impl<const D: usize> Structure<D> {
         self.visit_with(displacement, |_, _, _, forces| Ok(forces), work)
     }
 
-    /// Visits the elements, as [`Structure::visit`], at the prediction of a step. The geometric part of the tangent is that of the stress
-    /// that the last linear equations had at their end, those of the last step or of the last solution of this one
-    /// (theory (J.5a)): a prediction along tangents strains a solid that turns, and the stress of that would hold back,
-    /// or drive, its turn by more than its inertia where it is stiff. Solids without inertia take the prediction's in
-    /// the first solution of a step.
+    /// Visits the elements, as [`Structure::visit`], at the prediction of a step. The geometric part of the tangent is
+    /// that of the stress that the last linear equations had at their end, those of the last step or of the last
+    /// solution of this one (theory (J.5a)): a prediction along tangents strains a solid that turns, and the stress of
+    /// that would hold back, or drive, its turn by more than its inertia where it is stiff. Solids without inertia take
+    /// the prediction's in the first solution of a step.
     ///
     /// # Errors
     /// As [`Structure::equations`].
@@ -53,7 +53,8 @@ impl<const D: usize> Structure<D> {
         self.visit_with(&prediction.displacement, last, work)
     }
 
-    /// Visits the elements, as [`Structure::visit`], with the forces of each element `changed`, by the solid, its number and the law.
+    /// Visits the elements, as [`Structure::visit`], with the forces of each element `changed`, by the solid, its
+    /// number and the law.
     fn visit_with(
         &self,
         displacement: &[Vector<D>],

@@ -71,7 +71,8 @@ impl<const D: usize> Structure<D> {
     }
 }
 
-/// β of theory (J.3b): one where the velocity of a node goes on as it did over the last three steps, and zero where it goes to and fro.
+/// β of theory (J.3b): one where the velocity of a node goes on as it did over the last three steps, and zero where it
+/// goes to and fro.
 fn steadiness<const D: usize>([v, previous, earlier]: [Vector<D>; 3]) -> f64 {
     let (change, turn) = ((v - previous).norm_squared(), (v - previous * 2.0 + earlier).norm_squared());
     if turn == 0.0 { 1.0 } else { 1.0 / (1.0 + (turn / change).powi(2)) }

@@ -128,8 +128,8 @@ mod tests {
         Structure::new(vec![solid(mesh, [DENSITY, YOUNG, 0.0], |x| x[0] == 0.0)]).unwrap()
     }
 
-    /// Under its weight the end of a cantilever comes down by ρ g l⁴ A/(8 E I), with a rate of v (x/l)² at the start as far as an energy
-    /// of motion in the first mode leads it: Euler's beam, I = h³/12, ω = 3.5160 √(E I/(ρ h))/l².
+    /// Under its weight the end of a cantilever comes down by ρ g l⁴ A/(8 E I), with a rate of v (x/l)² at the start as
+    /// far as an energy of motion in the first mode leads it: Euler's beam, I = h³/12, ω = 3.5160 √(E I/(ρ h))/l².
     #[test]
     fn a_cantilever_hangs_and_swings_as_euler_has_it() {
         let beam = cantilever();
@@ -152,8 +152,8 @@ mod tests {
         assert!((brief - 1e-3).abs() < 1e-6, "{brief}");
     }
 
-    /// A plane wall of the length l and the thickness h has 2 l to both sides of a stream across it, 2 h of one along it; a shape that moves
-    /// all nodes across it by one sweeps 2 l.
+    /// A plane wall of the length l and the thickness h has 2 l to both sides of a stream across it, 2 h of one along
+    /// it; a shape that moves all nodes across it by one sweeps 2 l.
     #[test]
     fn a_beam_has_two_sides_in_a_stream() {
         let beam = cantilever();

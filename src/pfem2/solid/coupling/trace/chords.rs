@@ -15,8 +15,8 @@ pub struct Chords<'a, const D: usize, const N: usize> {
     pub mesh: &'a Mesh<D, N>,
     /// Its cut elements.
     pub cut: &'a SolidCut<D, N>,
-    /// Those of each cut element: cut points, by their places in the list of the element, in order around the normal that points
-    /// away from the solid.
+    /// Those of each cut element: cut points, by their places in the list of the element, in order around the normal
+    /// that points away from the solid.
     pub of_elements: Vec<Vec<[usize; D]>>,
 }
 

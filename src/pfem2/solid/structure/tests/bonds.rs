@@ -3,8 +3,8 @@
 use super::*;
 use crate::material::Rigid;
 
-/// A block of elements between two corners of a material with Poisson's ratio zero, in plane stress, held along x (and along y at one
-/// corner) at x = 0, with a traction [Pa] at x = `end`.
+/// A block of elements between two corners of a material with Poisson's ratio zero, in plane stress, held along x (and
+/// along y at one corner) at x = 0, with a traction [Pa] at x = `end`.
 fn layer(corners: [[f64; 2]; 2], counts: [usize; 2], young: f64, traction: [f64; 2], end: f64) -> SolidSetup<2> {
     let mesh = SolidMesh::block(Vector(corners[0]), Vector(corners[1]), counts).unwrap();
     let mut setup = solid(mesh, [1000.0, young, 0.0], |x| x[0] == 0.0);
@@ -16,8 +16,8 @@ fn layer(corners: [[f64; 2]; 2], counts: [usize; 2], young: f64, traction: [f64;
     setup
 }
 
-/// Two layers of one and three parts of the stiffness in tension, meshes that match and meshes that don't: both have the strain
-/// N/Σ E A, whatever of the load they bear themselves.
+/// Two layers of one and three parts of the stiffness in tension, meshes that match and meshes that don't: both have
+/// the strain N/Σ E A, whatever of the load they bear themselves.
 #[test]
 fn two_layers_in_tension_have_one_strain() {
     for counts in [[8, 1], [5, 2]] {
@@ -37,8 +37,8 @@ fn two_layers_in_tension_have_one_strain() {
     }
 }
 
-/// A cantilever of two layers with a force at its end: F L³/(3 B) with B = Σ E I about the axis through Σ E A y/Σ E A, and the shear of
-/// the mean modulus.
+/// A cantilever of two layers with a force at its end: F L³/(3 B) with B = Σ E I about the axis through Σ E A y/Σ E A,
+/// and the shear of the mean modulus.
 #[test]
 fn a_beam_of_two_layers_bends_as_one_about_its_weighted_axis() {
     for counts in [[20, 1], [14, 1]] {
@@ -60,7 +60,8 @@ fn a_beam_of_two_layers_bends_as_one_about_its_weighted_axis() {
     }
 }
 
-/// A heavy rigid block at the end of a light bar, along the bar: ω² = E A/(L m), and a third of the bar's mass to the block's.
+/// A heavy rigid block at the end of a light bar, along the bar: ω² = E A/(L m), and a third of the bar's mass to the
+/// block's.
 #[test]
 fn a_rigid_block_at_the_end_of_a_bar_swings_as_a_mass_on_a_spring() {
     let (young, length, height) = (1e6, 1.0, 0.1);

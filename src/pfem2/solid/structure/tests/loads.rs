@@ -1,4 +1,5 @@
-//! Pressures that follow the surface, solids under stress as they are given, and incompressible ones, against closed forms.
+//! Pressures that follow the surface, solids under stress as they are given, and incompressible ones, against closed
+//! forms.
 
 use super::*;
 use crate::material::{NeoHookean, Prestressed};
@@ -18,8 +19,8 @@ fn guided<const D: usize>(mesh: &SolidMesh<D>, axis: usize, on: impl Fn(Vector<D
     HeldNodes { nodes, velocity: std::array::from_fn(|k| (k == axis).then_some(Signal::ZERO)) }
 }
 
-/// A quarter of a ring between the radii, of elements along r and around, in space of one layer of `depth`, with an inner pressure that
-/// follows it.
+/// A quarter of a ring between the radii, of elements along r and around, in space of one layer of `depth`, with an
+/// inner pressure that follows it.
 fn ring<const D: usize>(radii: [f64; 2], counts: [usize; D], law: [f64; 2], pressure: f64) -> SolidSetup<D> {
     let upper = Vector::from_fn(|k| if k == 0 { radii[1] } else { 1.0 });
     let mut mesh = SolidMesh::block(Vector::from_fn(|k| if k == 0 { radii[0] } else { 0.0 }), upper, counts).unwrap();
@@ -40,7 +41,8 @@ fn ring<const D: usize>(radii: [f64; 2], counts: [usize; D], law: [f64; 2], pres
 }
 
 /// Pressure that blows an incompressible neo-Hookean ring in plane strain up from the radii A, B to a inside, over G:
-/// ln(B/A) − ln(b/a) + ½ c (1/a² − 1/b²), c = a² − A², b² = B² + c, from dσ_r/dr = G (λ² − 1/λ²)/r, λ = r/R (Rivlin 1949).
+/// ln(B/A) − ln(b/a) + ½ c (1/a² − 1/b²), c = a² − A², b² = B² + c, from dσ_r/dr = G (λ² − 1/λ²)/r, λ = r/R (Rivlin
+/// 1949).
 fn rivlin([inner, outer]: [f64; 2], a: f64) -> f64 {
     let c = a * a - inner * inner;
     let b = (outer * outer + c).sqrt();
@@ -72,8 +74,8 @@ fn a_ring_in_space_is_blown_up_alike() {
     assert!((inner / 1.3 - 1.0).abs() < 5e-4, "{inner}");
 }
 
-/// Small widening with ν → ½ (Lamé, as in `a_thick_ring_of_nearly_incompressible_material_widens`): each value is its own closed form,
-/// and 0.5 continues the sequence.
+/// Small widening with ν → ½ (Lamé, as in `a_thick_ring_of_nearly_incompressible_material_widens`): each value is its
+/// own closed form, and 0.5 continues the sequence.
 #[test]
 fn incompressible_rings_continue_the_sequence() {
     let exact = |nu: f64| (1.0 + nu) * 1e-5 * 9.0 * ((1.0 - 2.0 * nu) * 3.0 + 27.0) / 72.0;
@@ -90,8 +92,10 @@ fn incompressible_rings_continue_the_sequence() {
     }
 }
 
-/// An inextensible beam of length 1 and bending stiffness 1, clamped at the origin along x, under a pressure q across it that stays normal:
-/// κ'' = q − ½ κ³ from the free end, where κ = κ' = 0 (Lévy 1884); the place of its end. From T' + κ N + q = 0, N' = κ T, κ' = −T.
+/// An inextensible beam of length 1 and bending stiffness 1, clamped at the origin along x, under a pressure q across
+/// it that stays normal:
+/// κ'' = q − ½ κ³ from the free end, where κ = κ' = 0 (Lévy 1884); the place of its end. From T' + κ N + q = 0, N' = κ
+/// T, κ' = −T.
 fn elastica(q: f64) -> [f64; 2] {
     let steps = 4000;
     let h = 1.0 / f64::from(steps);
@@ -111,8 +115,8 @@ fn elastica(q: f64) -> [f64; 2] {
     [y[3] * cos + y[4] * sin, y[4] * cos - y[3] * sin]
 }
 
-/// A beam 20 times as long as thick, half of the pressure on its top and half of the suction on its bottom: its end is that of the
-/// elastica, and 0.047 of the length away from where the same load with a fixed direction brings it.
+/// A beam 20 times as long as thick, half of the pressure on its top and half of the suction on its bottom: its end is
+/// that of the elastica, and 0.047 of the length away from where the same load with a fixed direction brings it.
 #[test]
 fn a_beam_under_a_following_pressure_is_an_elastica() {
     let (thickness, young, q) = (0.05, 1e6, 4.0);
@@ -140,7 +144,8 @@ fn a_beam_under_a_following_pressure_is_an_elastica() {
     assert!((following - dead).norm() > 0.04, "{following:?} {dead:?}");
 }
 
-/// Steps in time come to rest where the equilibrium is, which the load stiffness alone doesn't change: the loads themselves do.
+/// Steps in time come to rest where the equilibrium is, which the load stiffness alone doesn't change: the loads
+/// themselves do.
 #[test]
 fn steps_in_time_have_the_pressure_of_the_equilibrium() {
     let setup = || ring::<2>([1.0, 2.0], [2, 2], [3.0, 0.4], 0.2);

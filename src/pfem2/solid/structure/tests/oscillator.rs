@@ -1,4 +1,5 @@
-//! One stiff element as an oscillator: frequency and damping of the scheme of (J.1), (J.2), and of what it is compared with in K.3.
+//! One stiff element as an oscillator: frequency and damping of the scheme of (J.1), (J.2), and of what it is compared
+//! with in K.3.
 //!
 //! ```text
 //! u'' = −ω² u, x ~ zⁿ      z² − z = i h (θ z² + β₁ z + β₂),   h = ω Δt,   β₂ = θ − ½,   β₁ = 1 − θ − β₂        (F.8), (J.1), (J.2)
@@ -10,8 +11,9 @@ use super::*;
 
 const MODULI: [f64; 3] = [1000.0, 2.0e6, 0.3];
 
-/// A square of side two of one element, whose nodes are held but the one in its middle along x; its ω [1/s], by hand: N = (1 − ξ²)(1 − η²) has
-/// ∫N² = (16/15)², and with the deviator of its strain and the linear part −4/3 ξ of its dilatation K = 2 μ · 448/135 + κ · 64/27.
+/// A square of side two of one element, whose nodes are held but the one in its middle along x; its ω [1/s], by hand:
+/// N = (1 − ξ²)(1 − η²) has ∫N² = (16/15)², and with the deviator of its strain and the linear part −4/3 ξ of its
+/// dilatation K = 2 μ · 448/135 + κ · 64/27.
 fn element() -> (SolidSetup<2>, usize, f64) {
     let mesh = SolidMesh::block(Vector::splat(-1.0), Vector::splat(1.0), [1, 1]).unwrap();
     let middle = mesh.nodes.iter().position(|x| x.norm() < 1e-12).unwrap();
@@ -27,7 +29,8 @@ fn element() -> (SolidSetup<2>, usize, f64) {
 
 /// Frequency over ω and damping ratio of steps of `h`/ω, θ = `None`: by backward Euler.
 ///
-/// Of two roots z, z̄ any sequence obeys x_{n+2} = 2 Re z x_{n+1} − |z|² x_n; the third root of the scheme has died out by then.
+/// Of two roots z, z̄ any sequence obeys x_{n+2} = 2 Re z x_{n+1} − |z|² x_n; the third root of the scheme has died out
+/// by then.
 fn measured(theta: Option<f64>, h: f64) -> [f64; 2] {
     let (setup, middle, omega) = element();
     let dt = h / omega;
@@ -97,8 +100,8 @@ fn an_oscillator_has_frequency_and_damping_of_the_scheme() {
     }
 }
 
-/// The published sizes for small steps: backward Euler h/2 and 1 − h²/3; midpoint (the trapezoidal rule, θ = ½) 0 and 1 − h²/12; θ = 0.6 0.05 h³ and
-/// 1 − 0.18 h² (J.1).
+/// The published sizes for small steps: backward Euler h/2 and 1 − h²/3; midpoint (the trapezoidal rule, θ = ½) 0 and
+/// 1 − h²/12; θ = 0.6 0.05 h³ and 1 − 0.18 h² (J.1).
 #[test]
 fn small_steps_have_the_published_damping() {
     let h = 0.1_f64;

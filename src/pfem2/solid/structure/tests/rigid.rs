@@ -14,7 +14,8 @@ fn rigid<const D: usize>(mesh: SolidMesh<D>, density: f64, velocity: impl Fn(Vec
     setup
 }
 
-/// The complete elliptic integral of the first kind of the parameter m = k², by the arithmetic and geometric mean (Gauss).
+/// The complete elliptic integral of the first kind of the parameter m = k², by the arithmetic and geometric mean
+/// (Gauss).
 fn elliptic(m: f64) -> f64 {
     let (mut a, mut g) = (1.0, (1.0 - m).sqrt());
     for _ in 0..20 {
@@ -42,7 +43,8 @@ fn zeros(samples: &[f64], dt: f64) -> Vec<f64> {
     (1..samples.len() - 2).filter(change).map(at).collect()
 }
 
-/// A disc that is thrown turns with its spin and falls as a point does; after thirty turns its shape is that of the start to rounding.
+/// A disc that is thrown turns with its spin and falls as a point does; after thirty turns its shape is that of the
+/// start to rounding.
 #[test]
 fn a_disc_that_is_thrown_keeps_spin_and_shape() {
     let (spin, speed, dt) = (7.0, Vector([2.0, 3.0]), 0.01);
@@ -74,7 +76,8 @@ fn a_disc_that_is_thrown_keeps_spin_and_shape() {
     assert!((body.inertia[2][2] / (250.0 * PI) - 1.0).abs() < 1e-3, "{:?}", body.inertia);
 }
 
-/// A plate hinged at the middle of its upper side swings out from 60°: T = 4 √(J/(m g d)) K(sin² 30°); the hinge stays where it is.
+/// A plate hinged at the middle of its upper side swings out from 60°: T = 4 √(J/(m g d)) K(sin² 30°); the hinge stays
+/// where it is.
 #[test]
 fn a_plate_on_a_hinge_swings_as_a_physical_pendulum() {
     let (width, height, dt) = (0.2, 1.0, 0.004);
@@ -101,7 +104,8 @@ fn a_plate_on_a_hinge_swings_as_a_physical_pendulum() {
     assert!((measured / exact - 1.0).abs() < 5e-4, "{measured} {exact}");
 }
 
-/// A brick thrown about its middle axis tumbles with the period of Landau & Lifshitz (Mechanics, § 37), and its angular momentum stays.
+/// A brick thrown about its middle axis tumbles with the period of Landau & Lifshitz (Mechanics, § 37), and its angular
+/// momentum stays.
 #[test]
 fn a_brick_tumbles_about_its_middle_axis_with_eulers_period() {
     let (sides, dt) = (Vector([1.0, 0.7, 0.3]), 0.004);
@@ -139,7 +143,8 @@ fn a_brick_tumbles_about_its_middle_axis_with_eulers_period() {
     assert!((measured / period - 1.0).abs() < 2e-3, "{measured} {period} {crossings:?}");
 }
 
-/// A block on springs of 4 kN/m in all: x = a cos ωt, ω² = k/m; with a dashpot of a tenth of the critical resistance it decays by e^(−0.1 ω t).
+/// A block on springs of 4 kN/m in all: x = a cos ωt, ω² = k/m; with a dashpot of a tenth of the critical resistance it
+/// decays by e^(−0.1 ω t).
 #[test]
 fn a_block_on_springs_has_their_period_and_damping() {
     let (stiffness, mass) = (4000.0f64, 1000.0 * 0.4 * 0.2);

@@ -25,8 +25,8 @@ impl Errors {
     }
 }
 
-/// A bar of length one, clamped at x = 0 and free at x = 1, in the motion u = (V/ω) sin kx sin ωt with k = 3π/2, ω = k √(E/ρ): `elements` along it,
-/// `steps` up to the angle ωt = 2.5, where neither velocity nor stress vanishes.
+/// A bar of length one, clamped at x = 0 and free at x = 1, in the motion u = (V/ω) sin kx sin ωt with k = 3π/2, ω = k
+/// √(E/ρ): `elements` along it, `steps` up to the angle ωt = 2.5, where neither velocity nor stress vanishes.
 fn bar(elements: usize, steps: usize) -> Errors {
     let (number, wave) = (1.5 * PI, (YOUNG / DENSITY).sqrt());
     let (omega, speed) = (number * wave, SMALL * wave);
@@ -50,7 +50,8 @@ fn bar(elements: usize, steps: usize) -> Errors {
     }
 }
 
-/// Biquadratic elements give the velocity of a longitudinal wave with the third order of their size or better, its stress with the second.
+/// Biquadratic elements give the velocity of a longitudinal wave with the third order of their size or better, its
+/// stress with the second.
 #[test]
 fn a_longitudinal_wave_converges_with_the_size_of_elements() {
     let errors = [2, 4, 8].map(|elements| bar(elements, 400));
@@ -61,7 +62,8 @@ fn a_longitudinal_wave_converges_with_the_size_of_elements() {
     assert!(errors[2].velocity < 2e-3, "{errors:?}");
 }
 
-/// In steps the order is two, although the first of them is one of backward Euler. (The stress has its error of 16 elements, 0.6 %.)
+/// In steps the order is two, although the first of them is one of backward Euler. (The stress has its error of 16
+/// elements, 0.6 %.)
 #[test]
 fn a_longitudinal_wave_converges_with_the_square_of_the_step() {
     let errors = [10, 20, 40].map(|steps| bar(16, steps));
@@ -78,8 +80,8 @@ fn turned(nodes: &[Vector<2>], stretch: &Tensor<2>, angle: f64) -> Vec<Vector<2>
     nodes.iter().map(|x| turn.apply(*x) - *x).collect()
 }
 
-/// A stretched disc in 36 places of a turn: invariants of its stress stay to rounding, in plane strain and plane stress, and no force but those of the
-/// stretch comes up.
+/// A stretched disc in 36 places of a turn: invariants of its stress stay to rounding, in plane strain and plane
+/// stress, and no force but those of the stretch comes up.
 #[test]
 fn a_turn_leaves_the_invariants_of_the_stress() {
     let stretch = Tensor([[1.1, 0.03], [0.03, 0.95]]);
@@ -105,9 +107,9 @@ fn a_turn_leaves_the_invariants_of_the_stress() {
     }
 }
 
-/// A disc that spins free from a turn that has long been going on loses what the scheme takes from a turn on a fixed circle, 0.1 (ωΔt)³ of its
-/// speed per radian, however stiff it is: waves cross it in a third of a step and in a three-hundredth. With 80 steps per turn that is 0.6 % of
-/// its energy in ten turns.
+/// A disc that spins free from a turn that has long been going on loses what the scheme takes from a turn on a fixed
+/// circle, 0.1 (ωΔt)³ of its speed per radian, however stiff it is: waves cross it in a third of a step and in a
+/// three-hundredth. With 80 steps per turn that is 0.6 % of its energy in ten turns.
 #[test]
 fn a_disc_that_spins_free_keeps_its_energy() {
     let (spin, steps) = (1.0, 80);
