@@ -5,7 +5,7 @@
 //! particles carry   x_p, v_p, phase; of solids on particles σ'_p, p_p, a_p
 //! 1 predict         u* of solids on meshes, at whose surface the fixed mesh is cut   theory J.1, J.2
 //!                   σ'_p ← Q σ'_p Qᵀ of solids on particles                         Becker (16), theory (K.3)
-//! 2 convect         x_p ← x_p + ∫ v(x_p) dt along streamlines of the fixed mesh     Becker (34)–(36), theory F.4
+//! 2 convect         x_p ← x_p + ∫ v(x_p) dt along the frozen streamlines of the mesh   Becker (34)–(36), theory F.4
 //! 3 reseed, project   v̂_i, fluid fractions, level set φ_i at the nodes              Becker (37)–(39), theory G.2, G.11
 //! 4 solve           velocity and pressure, implicitly and linearly,                 Becker (17)–(20), theory F.6
 //!                   with cut elements and with the solids                           Becker (29)–(33), theory G.8, J.4

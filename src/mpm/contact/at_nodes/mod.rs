@@ -10,6 +10,8 @@
 //! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r          the sheet          Lian (59)
 //! ```
 //!
+//! n is the normal of the sheet r, on whose side c the body s lies.
+//!
 //! The sheet comes to the nodes by its samples (`samples`, `map`), the gaps from the particles around it (`band`), and
 //! the impulses from the masses at a node (`contact_node`, [`super::impulse`]). The nodes of the sheet take up less
 //! than the grid gives, so that contact is resolved in passes (theory D.7). Walls and obstacles follow in each.
