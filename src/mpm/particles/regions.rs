@@ -294,8 +294,8 @@ mod tests {
         assert_eq!(found, [(&[0, 2][..], 1.0), (&[1, 3, 4][..], -1.0)]);
     }
 
-    /// A loop within another one: three regions, with different sides of both; through one that is not met the body
-    /// passes.
+    /// A loop within another one: three regions, with sides of their own of both; through one that is not met the
+    /// body passes.
     #[test]
     fn nested_loops_divide_a_body_into_regions() {
         let sheets = [(ring(0, 4), square(0.0, 3.0)), (ring(0, 4), square(1.0, 2.0))];

@@ -1,4 +1,4 @@
-//! Contact between bodies, each in another velocity field (theory D.14; Bardenhagen 2001, Nairn 2020).
+//! Contact between bodies, each in a velocity field of its own (theory D.14; Bardenhagen 2001, Nairn 2020).
 //!
 //! ```text
 //! g − Δt max(0, (v̄_a − v̄_b)·n) ≤ tol             detection: n from body a to body b, g the gap between their particles
