@@ -9,6 +9,7 @@
 
 use super::sparse::SparseMatrix;
 use super::symmetric_factor::PreconditioningFactor;
+use super::vectors::start;
 
 /// σ over the largest ratio of the diagonals of K and M.
 const SHIFT: f64 = 1e-11;
@@ -78,12 +79,6 @@ fn largest_ratio(stiffness: &SparseMatrix, mass: &SparseMatrix) -> f64 {
     let diagonal = |a: &SparseMatrix, row: usize| a.entry(row, row).map_or(0.0, |entry| a.values[entry]);
     let ratio = |row: usize| diagonal(stiffness, row) / diagonal(mass, row);
     (0..mass.rows()).map(ratio).filter(|ratio| ratio.is_finite()).fold(f64::MIN_POSITIVE, f64::max)
-}
-
-/// A vector with parts of all modes, the same in every run: the golden ratio fills an interval evenly.
-pub(super) fn start(k: usize, n: usize) -> Vec<f64> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    (0..n).map(|i| ((i * (2 * k + 1) + k + 1) as f64 * GOLDEN).fract() - 0.5).collect()
 }
 
 fn product(a: &SparseMatrix, x: &[f64]) -> Vec<f64> {

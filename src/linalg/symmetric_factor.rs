@@ -8,7 +8,7 @@
 
 use super::direct::{Precision, structure};
 use super::sparse::{SparseFactor, SparseMatrix};
-use super::vectors::norm;
+use super::vectors::{norm, start};
 use dyn_stack::{MemBuffer, MemStack};
 use faer::Side;
 use faer::sparse::linalg::amd;
@@ -62,7 +62,7 @@ impl Analysed {
 
     /// |x − M H x| / |x| with the inverse M by the factor, for x = M r with some r.
     fn rounding<T: Precision>(&self, factor: &[T]) -> f64 {
-        let mut soft = [super::modes::start(0, self.lower.rows())];
+        let mut soft = [start(0, self.lower.rows())];
         self.structure.solve_all(factor, &mut soft);
         let mut again = [self.multiply(&soft[0])];
         self.structure.solve_all(factor, &mut again);
