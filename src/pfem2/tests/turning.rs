@@ -15,8 +15,9 @@ use std::f64::consts::{PI, TAU};
 const RADIUS: f64 = 0.45;
 const VISCOSITY: f64 = 1e4;
 
-/// A disc begins to turn in a vessel of a thick fluid: in the end the fluid has the velocity of Couette, a r + b/r, and the disc the torque
-/// −4 π μ ω R²/(1 − R²), with iterations and with a factor. Nodes of the disc stand still along an axis in some steps, and in others don't.
+/// A disc begins to turn in a vessel of a thick fluid: in the end the fluid has the velocity of Couette, a r + b/r, and
+/// the disc the torque −4 π μ ω R²/(1 − R²), with iterations and with a factor. Nodes of the disc stand still along an
+/// axis in some steps, and in others don't.
 #[test]
 fn a_disc_that_is_turned_has_the_torque_of_couette() {
     let omega = 2.0;
@@ -54,8 +55,9 @@ fn a_disc_that_is_turned_has_the_torque_of_couette() {
     }
 }
 
-/// An elastic disc that spins free in a gas of a millionth of its density, 100 steps per turn: over ten turns it loses less than 1 % of its energy, an incompressible
-/// one, whose prediction is far beyond its stiffness, less than 2 %, neither gains any, and its middle stays where it is.
+/// An elastic disc that spins free in a gas of a millionth of its density, 100 steps per turn: over ten turns it loses
+/// less than 1 % of its energy, an incompressible one, whose prediction is far beyond its stiffness, less than 2 %,
+/// neither gains any, and its middle stays where it is.
 #[test]
 fn a_free_disc_spins_on() {
     for (poisson, most) in [(0.4, 0.01), (0.5, 0.02)] {

@@ -25,8 +25,8 @@ impl<const D: usize> Structure<D> {
         self.visit_with(displacement, |_, _, _| Ok(None), work)
     }
 
-    /// Visits the elements, as [`Structure::visit`], at the prediction of a step. The geometric part of the tangent is that of the stress
-    /// that the last linear equations had at their end, those of the last step or of the last solution of this one
+    /// Visits the elements, as [`Structure::visit`], at the prediction of a step. The geometric part of the tangent, and
+    /// the pressure that stands beside it in the other part, are those of the stress that the last linear equations had at their end, those of the last step or of the last solution of this one
     /// (theory (J.5a)): a prediction along tangents strains a solid that turns, and the stress of that would hold back,
     /// or drive, its turn by more than its inertia where it is stiff. Solids without inertia take the prediction's in
     /// the first solution of a step.
