@@ -16,6 +16,7 @@ mod floating;
 mod holding;
 mod incompressible;
 mod inlet;
+mod moving_disc;
 mod moving_supports;
 mod orders;
 mod outflow;

@@ -92,8 +92,9 @@ impl<'a, const D: usize> Dilatation<'a, D> {
         (0..points.len()).map(stress).collect()
     }
 
-    /// Adds forces, and the tangent above its diagonal and on it.
-    pub fn add_forces(&self, law: &dyn ElasticLaw, forces: &mut ElementForces<D>) {
+    /// Adds forces, and the tangent above its diagonal and on it, where `last` has p J of the last term of a at the
+    /// Gauss points [Pa], if it is another than that of the forces.
+    pub fn add_forces(&self, law: &dyn ElasticLaw, last: Option<&[f64]>, forces: &mut ElementForces<D>) {
         let point = |q| law.linearised(&ElasticState { deformation: self.deformation(q), stress: SymTensor::ZERO });
         let points: Vec<Linearised<6>> = (0..self.samples.len()).map(point).collect();
         let mean = self.projected(|q| -points[q].pressure);
@@ -101,7 +102,7 @@ impl<'a, const D: usize> Dilatation<'a, D> {
         for (q, point) in points.iter().enumerate() {
             let (sample, ratio) = (&self.samples[q], self.ratio[q]);
             let volumetric = mean[q] * sample.deformation.determinant();
-            let all = kirchhoff(point, ratio, volumetric);
+            let all = kirchhoff(point, ratio, last.map_or(volumetric, |last| last[q]));
             let stress = point.deviator * ratio + SymTensor::isotropic(volumetric);
             let weighted =
                 Weighted { stress: stress.full() * sample.volume, tangent: components::<D>(&(all * sample.volume)) };

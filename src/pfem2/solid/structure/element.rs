@@ -14,7 +14,7 @@
 use super::deformation::{Deformed, ElementFault, ReferencePoint, SolidLaw, deform, sum_of_dyads, unfit};
 use super::dilatation::Dilatation;
 use super::stress::NodalStress;
-use super::tangent::{ElementForces, Weighted, add_geometric, mirror_scalars};
+use super::tangent::{ElementForces, LastStress, Weighted, add_geometric, mirror_scalars};
 use crate::material::ElasticState;
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::pfem2::solid::mesh::gauss::GaussPoint;
@@ -31,14 +31,32 @@ impl<const D: usize> ElementForces<D> {
         places: &[Vector<D>],
         displacement: &[Vector<D>],
     ) -> Result<Self, ElementFault<D>> {
+        Self::with_last_stress(points, law, [places, displacement], None)
+    }
+
+    /// Forces of the element with nodes at these places in the reference state and this displacement [m], and their
+    /// tangent, in which another stress stands where stress stands beside stiffness.
+    ///
+    /// # Errors
+    /// As [`ElementForces::new`].
+    pub(super) fn with_last_stress(
+        points: &[GaussPoint],
+        law: SolidLaw<'_>,
+        [places, displacement]: [&[Vector<D>]; 2],
+        last: Option<LastStress>,
+    ) -> Result<Self, ElementFault<D>> {
         let mut forces = Self::zero(places.len());
         let samples = deform(points, law, places, displacement, |sample| sample.deformation(displacement))?;
         if law.is_free_across::<D>() {
             samples.iter().for_each(|point| forces.add(&point.gradients, &law.plane_stress(point)));
         } else {
-            Dilatation::new(&samples, displacement, points)?.add_forces(law.law, &mut forces);
+            let volumetric = last.as_ref().map(|last| &last.volumetric[..]);
+            Dilatation::new(&samples, displacement, points)?.add_forces(law.law, volumetric, &mut forces);
         }
         forces.mirror();
+        if let Some(last) = last {
+            forces.geometric = last.geometric;
+        }
         Ok(forces)
     }
 }
@@ -110,19 +128,19 @@ fn sample_stresses<const D: usize>(
     Ok(samples.iter().map(stress).collect())
 }
 
-/// The part ∫ G_a · S G_b dV of the tangent [N/m], row by row, with the stress S that the linear equations of a step
-/// had at its end: that of C = FᵀF − HᵀH, where F is the deformation gradient of `displacement` and H the gradient
-/// of its `correction` u − u* [m]. (Their strain is linear in H, theory (J.5a).) It is the same in every frame that
-/// turns with the element.
+/// The part ∫ G_a · S G_b dV of the tangent with the stress S that the linear equations of a step
+/// had at its end, and the pressure of it: that of C = FᵀF − HᵀH, where F is the deformation gradient of `displacement`
+/// and H the gradient of its `correction` u − u* [m]. (Their strain is linear in H, theory (J.5a).) It is the same in
+/// every frame that turns with the element.
 ///
 /// # Errors
 /// As [`ElementForces::new`].
-pub fn geometric_stiffness<const D: usize>(
+pub(super) fn last_stress<const D: usize>(
     points: &[GaussPoint],
     law: SolidLaw<'_>,
     places: &[Vector<D>],
     [displacement, correction]: [&[Vector<D>]; 2],
-) -> Result<Vec<f64>, ElementFault<D>> {
+) -> Result<LastStress, ElementFault<D>> {
     let samples = deform(points, law, places, displacement, |sample| {
         let f = sample.deformation(displacement);
         let h = sample.deformation(correction) - Tensor::identity();
@@ -131,13 +149,14 @@ pub fn geometric_stiffness<const D: usize>(
     })?;
     let stresses = sample_stresses(points, law, displacement, &samples)?;
     let n = places.len();
-    let mut geometric = vec![0.0; n * n];
+    let mut last = LastStress { geometric: vec![0.0; n * n], volumetric: Vec::with_capacity(samples.len()) };
     for (point, stress) in samples.iter().zip(stresses) {
-        let stress = stress.full() * (point.deformation.determinant() * point.volume);
-        add_geometric(&mut geometric, &point.gradients, &stress);
+        let ratio = point.deformation.determinant();
+        last.volumetric.push(stress.trace() / 3.0 * ratio);
+        add_geometric(&mut last.geometric, &point.gradients, &(stress.full() * (ratio * point.volume)));
     }
-    mirror_scalars(&mut geometric, n);
-    Ok(geometric)
+    mirror_scalars(&mut last.geometric, n);
+    Ok(last)
 }
 
 /// M_ab per unit of density, ∫ N_a N_b dV [m³], row by row.

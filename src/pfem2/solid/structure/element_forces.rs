@@ -1,8 +1,8 @@
 //! The forces of all elements, with the tangents about the prediction of a step (theory (J.5), (J.5a)).
 
 use super::deformation::{ElementFault, SolidLaw};
-use super::element::geometric_stiffness;
-use super::tangent::ElementForces;
+use super::element::last_stress;
+use super::tangent::{ElementForces, LastStress};
 use super::{Prediction, Structure};
 use crate::error::StepError;
 use crate::math::Vector;
@@ -22,14 +22,15 @@ impl<const D: usize> Structure<D> {
         displacement: &[Vector<D>],
         work: impl FnMut(usize, &[u32], &ElementForces<D>),
     ) -> Result<(), StepError> {
-        self.visit_with(displacement, |_, _, _, forces| Ok(forces), work)
+        self.visit_with(displacement, |_, _, _| Ok(None), work)
     }
 
-    /// Visits the elements, as [`Structure::visit`], at the prediction of a step. The geometric part of the tangent is
-    /// that of the stress that the last linear equations had at their end, those of the last step or of the last
-    /// solution of this one (theory (J.5a)): a prediction along tangents strains a solid that turns, and the stress of
-    /// that would hold back, or drive, its turn by more than its inertia where it is stiff. Solids without inertia take
-    /// the prediction's in the first solution of a step.
+    /// Visits the elements, as [`Structure::visit`], at the prediction of a step. The geometric part of the tangent,
+    /// and the pressure that stands beside it in the other part, are those of the stress that the last linear equations
+    /// had at their end, those of the last step or of the last solution of this one
+    /// (theory (J.5a)): a prediction along tangents strains a solid that turns, and the stress of that would hold back,
+    /// or drive, its turn by more than its inertia where it is stiff. Solids without inertia take the prediction's in
+    /// the first solution of a step.
     ///
     /// # Errors
     /// As [`Structure::equations`].
@@ -42,23 +43,23 @@ impl<const D: usize> Structure<D> {
             Some(correction) => (&prediction.displacement, correction),
             None => (&self.state.displacement, &self.state.correction),
         };
-        let last = |solid: usize, element: usize, law: SolidLaw<'_>, mut forces: ElementForces<D>| {
-            if prediction.found.is_some() || self.setups[solid].inertia == Inertia::Dynamic {
-                let columns = [&self.nodes[..], displacement, correction];
-                let (_, [places, u, correction]) = self.gather(solid, element, columns);
-                forces.geometric = geometric_stiffness(&self.points, law, &places, [&u, &correction])?;
+        let last = |solid: usize, element: usize, law: SolidLaw<'_>| {
+            if prediction.found.is_none() && self.setups[solid].inertia != Inertia::Dynamic {
+                return Ok(None);
             }
-            Ok(forces)
+            let columns = [&self.nodes[..], displacement, correction];
+            let (_, [places, u, correction]) = self.gather(solid, element, columns);
+            last_stress(&self.points, law, &places, [&u, &correction]).map(Some)
         };
         self.visit_with(&prediction.displacement, last, work)
     }
 
-    /// Visits the elements, as [`Structure::visit`], with the forces of each element `changed`, by the solid, its
-    /// number and the law.
+    /// Visits the elements, as [`Structure::visit`], with a `last` stress in the tangent of each element, by the solid,
+    /// its number and the law.
     fn visit_with(
         &self,
         displacement: &[Vector<D>],
-        changed: impl Fn(usize, usize, SolidLaw<'_>, ElementForces<D>) -> Result<ElementForces<D>, ElementFault<D>> + Sync,
+        last: impl Fn(usize, usize, SolidLaw<'_>) -> Result<Option<LastStress>, ElementFault<D>> + Sync,
         mut work: impl FnMut(usize, &[u32], &ElementForces<D>),
     ) -> Result<(), StepError> {
         for solid in self.elastic() {
@@ -67,8 +68,9 @@ impl<const D: usize> Structure<D> {
                 let count = BATCH.min(self.setups[solid].mesh.elements.len() - begin);
                 let all = parallel::collect(count, 1, |k| {
                     let (nodes, [places, own]) = self.gather(solid, begin + k, [&self.nodes, displacement]);
-                    let forces = ElementForces::new(&self.points, law, &places, &own);
-                    (nodes, forces.and_then(|forces| changed(solid, begin + k, law, forces)))
+                    let forces = last(solid, begin + k, law)
+                        .and_then(|last| ElementForces::with_last_stress(&self.points, law, [&places, &own], last));
+                    (nodes, forces)
                 });
                 for (k, (nodes, forces)) in all.into_iter().enumerate() {
                     work(solid, &nodes, &forces.map_err(|fault| self.error(solid, begin + k, fault))?);

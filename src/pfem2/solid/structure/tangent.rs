@@ -17,6 +17,15 @@ pub struct ElementForces<const D: usize> {
     pub geometric: Vec<f64>,
 }
 
+/// What the stress S of the last linear equations brings into a tangent.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LastStress {
+    /// ∫ G_a · S G_b dV [N/m], row by row.
+    pub geometric: Vec<f64>,
+    /// p J of S at the Gauss points [Pa].
+    pub volumetric: Vec<f64>,
+}
+
 /// Stress and tangent at a point, times its volume in the deformed state.
 pub(super) struct Weighted {
     /// σ dv [N m].
