@@ -1,7 +1,8 @@
 //! From a description to a solver that is ready to step.
 
-use super::contact::{FoldedStencil, FrictionTable};
+use super::contact::FrictionTable;
 use super::coupling::{Coupling, CouplingSettings, build_membranes};
+use super::grid::folded_stencil::FoldedStencil;
 use super::grid::{Ghosts, Kernel, MassCutoffs};
 use super::particles::regions;
 use super::particles::{Body, Particles};

@@ -10,9 +10,8 @@
 //! (theory D.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
 //! loses energy for ever.
 
-use super::contact::{
-    ContactPass, Contacts, FoldedStencil, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface,
-};
+use super::contact::{ContactPass, Contacts, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface};
+use super::grid::folded_stencil::FoldedStencil;
 use super::membrane::Membrane;
 use super::particles::Body;
 use super::state::health;

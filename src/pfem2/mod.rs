@@ -44,4 +44,4 @@ pub use report::moments::{ForcedPart, MomentPoint};
 pub use report::snapshot::{INTERFACE, MESH};
 pub use setup::Setup;
 pub use step::Pfem2;
-pub use theta_step::ThetaStep;
+pub use theta_step::{Scheme, ThetaStep};

@@ -8,15 +8,16 @@ use crate::pfem2::boundary::{BoundarySetup, PressurePin};
 use crate::pfem2::equations::element::{Mass, Stabilisation};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::level_set::LevelSet;
-use crate::pfem2::interface::phase_list::Phase;
+use crate::pfem2::interface::phase_list::{Phase, Reseeding};
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
-use crate::pfem2::particles::reseed::{ParticleCounts, Reseeding};
-use crate::pfem2::particles::tracking::ParticleRules;
+use crate::pfem2::particles::reseed::ParticleCounts;
+use crate::pfem2::particles::tracking::{ParticleRules, Unresolved};
 use crate::pfem2::report::moments::MomentPoint;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::theta_step::Scheme;
 use std::sync::Arc;
 
 /// Everything that a run of PFEM-2 starts from.
@@ -102,36 +103,6 @@ pub enum VolumeCorrection {
     /// box take weights of their shares. Both are reported.
     #[default]
     Shift,
-}
-
-/// Treatment of velocities of particles that the mesh can't resolve (see `unresolved`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Unresolved {
-    /// Velocities are kept.
-    Kept,
-    /// The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes.
-    #[default]
-    Bounded,
-}
-
-/// Time integration (theory F.2).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scheme {
-    /// The paper's: streamlines of vⁿ, backward Euler; first order.
-    BackwardEuler,
-    /// Streamlines of the velocity extrapolated to the middle of the step; forces at its end with the weight θ, at its
-    /// start with 3/2 − 2θ and one step before with θ − ½; second order. θ = ½ is the trapezoidal rule, which never
-    /// forgets noise; more damps what the step doesn't resolve.
-    SecondOrder {
-        /// Implicit share θ, in ½..=1.
-        theta: f64,
-    },
-}
-
-impl Default for Scheme {
-    fn default() -> Self {
-        Self::SecondOrder { theta: 0.6 }
-    }
 }
 
 impl<const D: usize, const N: usize> Setup<D, N> {

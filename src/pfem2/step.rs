@@ -28,8 +28,9 @@ use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
 use super::report::strain::StrainEnergy;
 use super::report::{checkpoint, health, snapshot};
-use super::setup::{InitialState, Scheme, Setup};
+use super::setup::{InitialState, Setup};
 use super::solid::tracking::SolidTracking;
+use super::theta_step::Scheme;
 use super::theta_step::ThetaStep;
 use super::time::history::{LARGEST_CHANGE, TimeHistory};
 use super::time::startup::impulsive_energy;
@@ -185,7 +186,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         if let Some(solids) = &pfem.solids {
             solids.immerse(&mut pfem.system);
         }
-        pfem.interface.project(&pfem.system, &pfem.particles);
+        pfem.interface.project(&pfem.system, &pfem.particles.columns, pfem.particles.rules.kernel);
         pfem.update_contents();
         pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
         pfem.interface.begin_inflow(&pfem.system);
@@ -239,7 +240,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn begin_interface(&mut self) {
         if self.interface.sharp.is_some() {
             self.interface.follow(&self.system, &mut self.particles.columns, &mut self.notices);
-            self.interface.project(&self.system, &self.particles);
+            self.interface.project(&self.system, &self.particles.columns, self.particles.rules.kernel);
             self.update_contents();
         }
     }
@@ -298,7 +299,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let mut iterations = 0;
         let found = loop {
             let (system, particles) = (&self.system, &self.particles);
-            let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
+            let averaged = timed!(
+                self.timer,
+                "project",
+                self.interface.project(system, &particles.columns, particles.rules.kernel)
+            );
             timed!(self.timer, "project", self.average_particle_solids());
             let convected = self.system.imposed(step, &averaged.mean);
             for _ in 0..solutions {

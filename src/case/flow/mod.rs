@@ -7,8 +7,9 @@ pub use boundary::*;
 use super::signal::SignalSpec;
 use crate::linalg;
 use crate::pfem2::equations::element;
-use crate::pfem2::particles::{project, reseed};
-use crate::pfem2::{interface, setup};
+use crate::pfem2::interface::{self, phase_list};
+use crate::pfem2::particles::{self, project};
+use crate::pfem2::{Scheme, setup};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -149,9 +150,9 @@ impl Default for SchemeSpec {
 }
 
 fn theta() -> f64 {
-    match setup::Scheme::default() {
-        setup::Scheme::SecondOrder { theta } => theta,
-        setup::Scheme::BackwardEuler => 1.0,
+    match Scheme::default() {
+        Scheme::SecondOrder { theta } => theta,
+        Scheme::BackwardEuler => 1.0,
     }
 }
 
@@ -320,7 +321,7 @@ impl LinearSpec {
     }
 }
 
-impl From<&SchemeSpec> for setup::Scheme {
+impl From<&SchemeSpec> for Scheme {
     fn from(scheme: &SchemeSpec) -> Self {
         match *scheme {
             SchemeSpec::Word(SchemeWord::BackwardEuler) | SchemeSpec::Table(SchemeTable::BackwardEuler) => {
@@ -362,7 +363,7 @@ impl From<EnrichmentSpec> for interface::Enrichment {
     }
 }
 
-impl From<ReseedingSpec> for reseed::Reseeding {
+impl From<ReseedingSpec> for phase_list::Reseeding {
     fn from(reseeding: ReseedingSpec) -> Self {
         match reseeding {
             ReseedingSpec::SubCells => Self::SubCells,
@@ -371,7 +372,7 @@ impl From<ReseedingSpec> for reseed::Reseeding {
     }
 }
 
-impl From<UnresolvedSpec> for setup::Unresolved {
+impl From<UnresolvedSpec> for particles::Unresolved {
     fn from(unresolved: UnresolvedSpec) -> Self {
         match unresolved {
             UnresolvedSpec::Kept => Self::Kept,

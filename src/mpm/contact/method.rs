@@ -4,11 +4,11 @@
 //! the two. They differ in the places at which contact is detected and resolved: at grid nodes ([`super::at_nodes`]) or
 //! on the surface of the sheet ([`super::at_surface`]).
 
-use super::folded_stencil::FoldedStencil;
 use super::impulse::ContactTotals;
 use super::partner::Partners;
 use super::sheet::{ContactSheet, GuardedParticle, ParticleShift};
 use super::surface::SheetSurface;
+use crate::mpm::grid::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Grid, SubStep};
 use std::fmt::Debug;
 

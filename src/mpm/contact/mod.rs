@@ -10,8 +10,8 @@
 //! Both know the membrane as a `sheet` (closest points, sides of particles) of `facet`s, with a `surface` that moves,
 //! which touches walls and obstacles (`rigid`), and the nodes of bodies on the grid as `partner`s. `bodies` is contact
 //! of bodies with each other at grid nodes. Common to all: `impulse` (the impulses at one node), `friction`
-//! (coefficients by name), `folded_stencil` (grid nodes around a point, with walls), `support_blocks` and
-//! `particle_size`, `ledger` (forces and losses). The order of a step, and of the interface within it:
+//! (coefficients by name), `support_blocks` and `particle_size`, `ledger` (forces and losses); grid nodes around a
+//! point, with walls, are [`FoldedStencil`]. The order of a step, and of the interface within it:
 //!
 //! ```text
 //! begin_step    find: label particles, find the pairs that may touch; contact between bodies; choose: their
@@ -33,7 +33,6 @@ mod at_nodes;
 mod at_surface;
 mod bodies;
 mod facet;
-mod folded_stencil;
 mod friction;
 mod impulse;
 mod ledger;
@@ -46,7 +45,6 @@ mod support_blocks;
 mod surface;
 
 pub use facet::SheetFacet;
-pub use folded_stencil::{FoldedStencil, flip};
 pub use friction::FrictionTable;
 pub use ledger::Losses;
 pub use rigid::{NodePositions, Squeeze};
@@ -54,6 +52,7 @@ pub use sheet::{FacetLocator, ParticleShift, SheetPosition};
 pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
+use crate::mpm::grid::folded_stencil::FoldedStencil;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;

@@ -7,9 +7,9 @@
 //! Mass and weights stay as they are; f is the force of everything but membranes. The sum is handed to the
 //! grid once, p ← p + ΣJ and f ← f + ΣJ/Δt, so that p⁻ = p − Δt f stays true.
 
-use super::folded_stencil::FoldedStencil;
 use crate::math::Vector;
 use crate::mpm::Grid;
+use crate::mpm::grid::folded_stencil::FoldedStencil;
 
 /// The number of an absent node or partner.
 pub const NONE: u32 = u32::MAX;

@@ -8,10 +8,12 @@
 //!
 //! Node (0, …) lies at the origin, nodes are h apart, and the domain spans nodes 0..=cells. Kernels wider than linear
 //! and mirrored walls use ghost nodes outside. The files build on each other in this order: `field` (nodes), `blocks`
-//! (the sparse grid), `kernel` and `stencil` (the nodes around a point with their weights), `ghost`, `small_mass`.
+//! (the sparse grid), `kernel` and `stencil` (the nodes around a point with their weights), `ghost`, `small_mass`; `folded_stencil` (the nodes around a
+//! point, with walls, for contact and obstacles).
 
 mod blocks;
 mod field;
+pub mod folded_stencil;
 pub mod ghost;
 pub mod kernel;
 pub mod small_mass;

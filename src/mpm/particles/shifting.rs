@@ -30,8 +30,8 @@ mod free_volume;
 use super::in_field;
 use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contacts;
-use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::coupling::Coupling;
+use crate::mpm::grid::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::grid::kernel::Kernel;
 use crate::mpm::grid::{GhostShares, Ghosts};
 use crate::mpm::transfer::{

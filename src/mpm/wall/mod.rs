@@ -33,7 +33,7 @@ mod reaction;
 mod solid;
 mod surface;
 
-use super::contact::FoldedStencil;
+use super::grid::folded_stencil::FoldedStencil;
 use super::{GridSetup, Obstacle, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use conditions::NodeCondition;

@@ -4,8 +4,6 @@
 //! the heavier comes first, of equally heavy ones the one that is named first. The level set between two is negative in
 //! the first.
 
-use crate::pfem2::particles::reseed::Reseeding;
-
 /// The role of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
@@ -13,6 +11,19 @@ pub enum Role {
     Fluid,
     /// A solid, which keeps a shape.
     Solid,
+}
+
+/// Rule by which particles are added and merged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Reseeding {
+    /// By sub-cells: none stays empty, none is crowded.
+    #[default]
+    SubCells,
+    /// By elements, before the projection and at the end of the step (the paper).
+    Elements,
+    /// Only where an element is empty: particles with a history are neither merged nor dropped, nor joined by others
+    /// that have none.
+    EmptyElements,
 }
 
 /// A phase.

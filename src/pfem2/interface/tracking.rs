@@ -9,8 +9,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::project::{ConvectedVelocity, project};
-use crate::pfem2::particles::tracking::ParticleTracking;
+use crate::pfem2::particles::project::{AveragingKernel, ConvectedVelocity, project};
 
 /// The interfaces of a run.
 #[derive(Debug, Clone)]
@@ -70,13 +69,13 @@ impl<const D: usize> InterfaceTracking<D> {
     pub fn project<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        particles: &ParticleTracking<D>,
+        particles: &Particles<D>,
+        kernel: AveragingKernel,
     ) -> ConvectedVelocity<D> {
         let VelocityPressureSystem { mesh, velocity, .. } = system;
         let region = system.fluid_region();
         let volume = |e: usize| region.volume(e);
-        let projected =
-            project(mesh, &particles.columns, self.list.density(), particles.rules.kernel, velocity, &volume);
+        let projected = project(mesh, particles, self.list.density(), kernel, velocity, &volume);
         self.fraction = projected.fraction;
         level_set::continue_shares(&region, &mut self.fraction);
         self.level = match (&self.sharp, self.list.sides()) {

@@ -27,4 +27,5 @@ mod unresolved;
 
 pub use columns::{GONE, Particles, lattice};
 pub(in crate::pfem2) use columns::{interpolate, interpolate_nodal};
+pub use tracking::Unresolved;
 pub(super) use transport::FrozenFlow;

@@ -10,9 +10,18 @@ use crate::pfem2::ThetaStep;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::project::ConvectedVelocity;
-use crate::pfem2::setup::Unresolved;
 use crate::pfem2::time::history::TimeHistory;
 use bytemuck::{Pod, Zeroable};
+
+/// Treatment of velocities of particles that the mesh can't resolve (see `unresolved`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Unresolved {
+    /// Velocities are kept.
+    Kept,
+    /// The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes.
+    #[default]
+    Bounded,
+}
 
 /// Rules that stay the same during a run.
 #[derive(Debug, Clone)]

@@ -16,11 +16,10 @@
 
 use super::Particles;
 use super::interpolate_nodal;
-use super::tracking::ParticleTracking;
+use super::tracking::{ParticleTracking, Unresolved};
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::setup::Unresolved;
 
 /// Part of the largest speed that is round-off.
 const ROUND_OFF: f64 = 1e-9;

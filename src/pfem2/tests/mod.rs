@@ -45,11 +45,13 @@ use crate::pfem2::equations::element::{Mass, Stabilisation};
 use crate::pfem2::equations::system::{Physics, VelocityPressureSystem};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::phase_list::PhaseList;
+use crate::pfem2::interface::phase_list::Reseeding;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
-use crate::pfem2::particles::reseed::Reseeding;
-use crate::pfem2::setup::{FluidSetup, InitialState, Scheme, Setup, Unresolved, VolumeCorrection};
+use crate::pfem2::particles::tracking::Unresolved;
+use crate::pfem2::setup::{FluidSetup, InitialState, Setup, VolumeCorrection};
+use crate::pfem2::theta_step::Scheme;
 
 /// Facets whose nodes all satisfy a test.
 fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {

@@ -129,7 +129,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn follow_solids(&mut self, last: f64) {
         if last > 0.0 {
             self.transport(at_start(last));
-            self.interface.project(&self.system, &self.particles);
+            self.interface.project(&self.system, &self.particles.columns, self.particles.rules.kernel);
         }
         self.system.velocity.fill(Vector::ZERO);
         self.particles.columns.velocity.fill(Vector::ZERO);
@@ -140,7 +140,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn begin_at_rest(&mut self, last: f64) -> Result<(), StepError> {
         self.predict_solids(at_start(last))?;
         self.follow_solids(last);
-        self.interface.project(&self.system, &self.particles);
+        self.interface.project(&self.system, &self.particles.columns, self.particles.rules.kernel);
         self.update_contents();
         self.particles.events = ParticleEvents::default();
         self.notices = Notices::of_the_start(&self.system, &self.particles.columns, &self.interface.fraction);

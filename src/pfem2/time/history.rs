@@ -9,7 +9,7 @@
 
 use crate::math::Vector;
 use crate::pfem2::ThetaStep;
-use crate::pfem2::setup::Scheme;
+use crate::pfem2::theta_step::Scheme;
 
 /// A step may be as many times longer than the one before: twice as long, from two to one between outputs, at most.
 pub(in crate::pfem2) const LARGEST_CHANGE: f64 = 2.0;

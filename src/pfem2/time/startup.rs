@@ -25,9 +25,9 @@ use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
 use crate::pfem2::report::ledger::EnergyLedger;
 use crate::pfem2::report::notices::Notices;
-use crate::pfem2::setup::Scheme;
 use crate::pfem2::solid::start::SolidStart;
 use crate::pfem2::solid::tracking::SolidTracking;
+use crate::pfem2::theta_step::Scheme;
 
 /// Solutions of the predicted step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;

@@ -3,7 +3,7 @@
 use super::step_control::StepControl;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::report::balance::EnergyBalance;
-use crate::pfem2::setup::Scheme;
+use crate::pfem2::theta_step::Scheme;
 
 /// Part of the bound by capillary waves that an automatic step takes. At the bound a drop of water of ten elements in
 /// air stirs up the air by 7 m/s, at half of it by 4 m/s, at a quarter by 0.1 m/s; heavier gases are calm at the bound.

@@ -8,8 +8,8 @@ use crate::error::Diagnostic;
 use crate::material::{BulkViscosity, Hypoelastic, PointLaws};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
+use crate::pfem2::Scheme;
 use crate::pfem2::particle_solids::setup::{HeldMeshNodes, ParticleSolidSetup, RateLaw};
-use crate::pfem2::setup::Scheme;
 
 /// The largest of Poisson's ratios: the pressure of a solid isn't stabilised.
 const LARGEST_POISSON: f64 = 0.49;

@@ -15,13 +15,13 @@ use super::contact_node::NodePair;
 use super::map::Map;
 use crate::math::Vector;
 use crate::mpm::contact::facet::SheetFacet;
-use crate::mpm::contact::folded_stencil::flip;
 use crate::mpm::contact::method::StepContext;
 use crate::mpm::contact::particle_size::half_size;
 use crate::mpm::contact::sheet::{
     FacetLocator, GuardedParticle, HEIGHT_ERROR, Label, Labels, ParticleAtSheet, SheetPosition, SideOfSheet,
 };
 use crate::mpm::contact::surface::SheetSurface;
+use crate::mpm::grid::folded_stencil::flip;
 use crate::mpm::{Body, Particles};
 use crate::parallel;
 

@@ -17,11 +17,11 @@ use super::contact_node::ContactNode;
 use super::samples::{SampleWeight, Samples, corner_mass};
 use crate::math::Vector;
 use crate::mpm::contact::facet::SheetFacet;
-use crate::mpm::contact::folded_stencil::{Flips, flip};
 use crate::mpm::contact::method::StepContext;
 use crate::mpm::contact::partner::NONE;
 use crate::mpm::contact::sheet::ContactSheet;
 use crate::mpm::contact::surface::{SheetSource, SheetSurface};
+use crate::mpm::grid::folded_stencil::{Flips, flip};
 
 /// Weight of a contact node at a sample.
 #[derive(Debug, Clone, Copy)]

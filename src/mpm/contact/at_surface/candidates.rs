@@ -3,9 +3,9 @@
 use crate::geometry::SkinPoint;
 use crate::math::Vector;
 use crate::mpm::contact::facet::SheetFacet;
-use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
 use crate::mpm::contact::particle_size::half_size;
 use crate::mpm::contact::sheet::{Foot, Label, Nearest, SEARCH_DISTANCE};
+use crate::mpm::grid::folded_stencil::{Flips, FoldedStencil};
 use crate::mpm::{Body, Grid};
 use crate::parallel;
 

@@ -29,7 +29,6 @@ mod candidates;
 mod solver;
 mod surface_contact;
 
-use super::folded_stencil::{Flips, flip};
 use super::impulse::{ContactTotals, Impulse};
 use super::method::{ContactMethod, StepContext};
 use super::particle_size::half_size;
@@ -37,6 +36,7 @@ use super::partner::Partners;
 use super::sheet::{ContactSheet, GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, SideOfSheet};
 use super::surface::SheetSurface;
 use crate::math::Vector;
+use crate::mpm::grid::folded_stencil::{Flips, flip};
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
 use candidates::{Candidate, CandidateSearch, WeightedParticle, side_label, support_of};

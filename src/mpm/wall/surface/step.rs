@@ -282,7 +282,7 @@ mod tests {
     use super::*;
     use crate::geometry::Region;
     use crate::math::Signal;
-    use crate::mpm::contact::FoldedStencil;
+    use crate::mpm::grid::folded_stencil::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
     const CELL: f64 = 0.5;

@@ -11,10 +11,10 @@
 //! The former are traced back, as those of `SubCells`. The latter take the new velocity of the mesh; their fluid is
 //! that of φ in cut elements, and where all nodes are light, ⌊1.01 n (½ − φ̄/2)⌋ of them are still heavy.
 
-use super::Reseeding;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::interface::phase_list::Reseeding;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::interpolate_nodal;

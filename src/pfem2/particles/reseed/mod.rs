@@ -27,23 +27,10 @@ use super::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::phase_list::PhaseList;
+use crate::pfem2::interface::phase_list::{PhaseList, Reseeding};
 
 /// Differences of shape functions, and relative ones of distances, that are rounding.
 const ROUNDING: f64 = 1e-9;
-
-/// Rule by which particles are added and merged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Reseeding {
-    /// By sub-cells: none stays empty, none is crowded.
-    #[default]
-    SubCells,
-    /// By elements, before the projection and at the end of the step (the paper).
-    Elements,
-    /// Only where an element is empty: particles with a history are neither merged nor dropped, nor joined by others
-    /// that have none.
-    EmptyElements,
-}
 
 /// Numbers of particles to be held in elements and sub-cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
