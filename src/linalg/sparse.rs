@@ -137,6 +137,16 @@ impl SparseMatrix {
         (0..self.rows()).flat_map(of_row)
     }
 
+    /// The entries in these rows and columns, which ascend.
+    pub fn of(&self, unknowns: &[u32]) -> Self {
+        Self::from_rows(unknowns.len(), |row, entries| {
+            let range = self.row(unknowns[row] as usize);
+            let all = self.columns[range.clone()].iter().zip(&self.values[range]);
+            entries
+                .extend(all.filter_map(|(column, value)| Some((unknowns.binary_search(column).ok()? as u32, *value))));
+        })
+    }
+
     /// Appends rows and columns with these entries on the diagonal alone.
     pub fn append_diagonal(&mut self, entries: impl Iterator<Item = f64>) {
         for entry in entries {

@@ -283,6 +283,32 @@ impl Check {
         special.unwrap_or(self.tolerance)
     }
 
+    /// Values of the column that the reference is: those of an amplitude about the middle that another of the `checks`
+    /// has. None for other quantities than values of a column, and for bounds.
+    pub fn levels(&self, checks: &[Self]) -> Vec<f64> {
+        let Reference::Number(reference) = self.reference else { return Vec::new() };
+        if self.compare != Compare::Equal || self.minus.is_some() || self.plus.is_some() {
+            return Vec::new();
+        }
+        let is_middle = |other: &&Self| {
+            other.kind == Measure::Midrange && other.history == self.history && other.value == self.value
+        };
+        match (self.kind, checks.iter().find(is_middle).map(|middle| &middle.reference)) {
+            (Measure::Amplitude, Some(Reference::Number(middle))) => vec![middle - reference, middle + reference],
+            (
+                Measure::Final
+                | Measure::Value
+                | Measure::Maximum
+                | Measure::Minimum
+                | Measure::Largest
+                | Measure::Mean
+                | Measure::Midrange,
+                _,
+            ) => vec![reference],
+            _ => Vec::new(),
+        }
+    }
+
     fn finding(&self) -> Option<Diagnostic> {
         let key = format!("check `{}`", self.name);
         let needs_at = matches!(self.kind, Measure::Value | Measure::Crossing);
@@ -323,6 +349,27 @@ mod tests {
         assert_eq!((check.kind, check.compare), (Measure::Minimum, Compare::Equal));
         assert_eq!(check.tolerance.limit(-2.0), 0.06);
         assert!(check.until > 1e300);
+    }
+
+    /// A middle of 1 and an amplitude of 3 about it are 1, −2 and 4; a bound, a rate, and an amplitude about an unknown
+    /// middle are no values of the column.
+    #[test]
+    fn values_of_a_column_are_levels() {
+        let check = |kind: &str, reference: f64, more: &str| {
+            format!(
+                "[[check]]\nname = 'a'\nhistory = 'h'\nvalue = 'z'\nkind = '{kind}'\nreference = {reference:?}\n{more}\n\
+                 tolerance = {{ absolute = 1.0 }}\nsource = 's'\n"
+            )
+        };
+        let levels = |text: &str| {
+            let checks = Expected::parse(text).unwrap().checks;
+            checks.iter().map(|check| check.levels(&checks)).collect::<Vec<_>>()
+        };
+        let swing = [check("midrange", 1.0, ""), check("amplitude", 3.0, ""), check("growth", 5.0, "")].concat();
+        assert_eq!(levels(&swing), [vec![1.0], vec![-2.0, 4.0], vec![]]);
+        assert_eq!(levels(&check("amplitude", 3.0, "")), [vec![]; 1] as [Vec<f64>; 1]);
+        let others = [check("maximum", 2.0, "compare = 'at-most'"), check("mean", 2.0, "plus = 'g'")].concat();
+        assert!(levels(&others).iter().all(Vec::is_empty));
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub use table::render;
 use crate::catalog::EXPECTED_FILE;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::history::HistoryTable;
-use crate::output::plot::{CurveShape, PhaseReference, ReferenceCurve};
+use crate::output::plot::{CurveShape, Level as PlotLevel, PhaseReference, ReferenceCurve};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
 use curve::Curve;
 use std::io;
@@ -92,7 +92,8 @@ fn no_history(check: &expected::Check, name: &str, histories: &Path) -> Error {
     Error::case(finding.help(format!("the run wrote {}", names.join(", "))))
 }
 
-/// The reference curves to draw in the plots of a run: one curve as points, several as their band.
+/// The references to draw in the plots of a run: one curve as points, several as their band, numbers that columns are
+/// compared with as levels.
 ///
 /// # Errors
 /// A table that isn't there, or can't be read.
@@ -115,7 +116,32 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>
         let curve = reference(&drawn.history, &drawn.value, &drawn.reference, &drawn.source)?;
         Ok(ReferenceCurve { phase: drawn.phase.as_ref().map(in_phase).transpose()?, ..curve })
     });
-    compared.chain(only_drawn).collect()
+    compared.chain(only_drawn).chain(levels(&expected.checks).into_iter().map(Ok)).collect()
+}
+
+/// The numbers that columns are compared with, by column and source: values, and the extremes of an oscillation about
+/// its middle.
+fn levels(checks: &[expected::Check]) -> Vec<ReferenceCurve> {
+    let mut all: Vec<ReferenceCurve> = Vec::new();
+    for check in checks {
+        let label = check.source.split(": ").next().unwrap_or_default();
+        let x = [check.from, check.until];
+        let own: Vec<PlotLevel> = check.levels(checks).into_iter().map(|y| PlotLevel { y, x }).collect();
+        let same =
+            |one: &&mut ReferenceCurve| one.history == check.history && one.column == check.value && one.label == label;
+        match all.iter_mut().find(same) {
+            _ if own.is_empty() => {}
+            Some(ReferenceCurve { shape: CurveShape::Levels(levels), .. }) => levels.extend(own),
+            _ => all.push(ReferenceCurve {
+                history: check.history.clone(),
+                column: check.value.clone(),
+                label: label.to_owned(),
+                shape: CurveShape::Levels(own),
+                phase: None,
+            }),
+        }
+    }
+    all
 }
 
 fn shape(curves: &[Series]) -> CurveShape {

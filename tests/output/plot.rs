@@ -3,7 +3,7 @@
 
 use lateen::output::image::Image;
 use lateen::output::plot::{
-    CurveShape, Data, PhaseReference, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
+    CurveShape, Data, Level, PhaseReference, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
 };
 use std::fs;
 use std::path::PathBuf;
@@ -67,6 +67,28 @@ fn every_history_gets_a_plot_per_unit_and_per_column_with_references() {
     let svg = fs::read_to_string(dir.join("balance.svg")).unwrap();
     assert!(svg.contains("kinetic energy: water") && svg.contains("energy [mJ]"));
     assert!(!svg.contains("never") && !svg.contains("mass"), "what is zero or no energy is left out");
+}
+
+/// Values are lines in the plot of all columns of their unit, over their span of time.
+#[test]
+fn values_are_drawn_as_levels_beside_all_columns_of_a_unit() {
+    let dir = directory("levels");
+    let histories = dir.join("history");
+    fs::create_dir_all(&histories).unwrap();
+    let rows = (0..=100).map(|n| 0.01 * f64::from(n)).map(|t| format!("{t},{},{}\n", (20.0 * t).sin(), 0.3 * t));
+    fs::write(histories.join("tip.csv"), format!("time [s],x [m],y [m]\n{}", rows.collect::<String>())).unwrap();
+    let levels = [-1.0, 1.0].map(|y| Level { y, x: [0.4, f64::INFINITY] });
+    let reference = ReferenceCurve {
+        history: "tip".into(),
+        column: "x".into(),
+        label: "published extremes".into(),
+        shape: CurveShape::Levels(levels.to_vec()),
+        phase: None,
+    };
+    plot_run(&histories, &dir, &[reference]).unwrap();
+    let svg = fs::read_to_string(dir.join("tip.svg")).unwrap();
+    assert!(svg.contains("published extremes") && svg.contains("x, y"), "one plot of both columns");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
 /// A swing of the run from its own start on, and one period and a half of the reference from zero on.

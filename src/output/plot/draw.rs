@@ -1,6 +1,6 @@
 //! The design of a plot: title and legend above, light grid, curves, axes.
 
-use super::{Data, PlotSeries, PlotSpec};
+use super::{Data, Level, PlotSeries, PlotSpec};
 use crate::output::canvas::{Align, Canvas, Text, Weight, text_width};
 use crate::output::colour::{PALETTE, Rgb};
 use crate::output::ticks::{Shown, Ticks};
@@ -47,7 +47,7 @@ fn colours(series: &[PlotSeries]) -> Vec<Rgb> {
     let (mut curves, mut references) = (PALETTE.iter().cycle(), REFERENCE.iter().cycle());
     let mut next = |data: &Data| match data {
         Data::Line(_) | Data::Dashed(_) => curves.next(),
-        Data::Markers(_) | Data::Band(_) => references.next(),
+        Data::Markers(_) | Data::Band(_) | Data::Levels(_) => references.next(),
     };
     series.iter().map(|series| next(&series.data).copied().unwrap_or(INK)).collect()
 }
@@ -75,7 +75,7 @@ fn legend<B: DrawingBackend>(
 fn swatch<B: DrawingBackend>(canvas: &Canvas<'_, B>, data: &Data, colour: Rgb, [x, y]: [f64; 2]) -> io::Result<()> {
     match data {
         Data::Line(_) => canvas.line(&[[x, y], [x + SWATCH, y]], colour, 2.4),
-        Data::Dashed(_) => {
+        Data::Dashed(_) | Data::Levels(_) => {
             dashes(&[[x, y], [x + SWATCH, y]]).iter().try_for_each(|dash| canvas.line(dash, colour, 2.4))
         }
         Data::Markers(_) => canvas.ring([x + 0.5 * SWATCH, y], 3.2, colour, 1.4),
@@ -171,15 +171,23 @@ impl PlotFrame {
     fn draw_series<B: DrawingBackend>(&self, canvas: &Canvas<'_, B>, data: &Data, colour: Rgb) -> io::Result<()> {
         match data {
             Data::Line(points) => self.pieces(points).iter().try_for_each(|piece| canvas.line(piece, colour, CURVE)),
-            Data::Dashed(points) => self
-                .pieces(points)
-                .iter()
-                .try_for_each(|piece| dashes(piece).iter().try_for_each(|dash| canvas.line(dash, colour, CURVE))),
+            Data::Dashed(points) => self.draw_dashes(canvas, points, colour),
+            Data::Levels(levels) => levels.iter().try_for_each(|level| self.draw_dashes(canvas, &ends(level), colour)),
             Data::Markers(points) => {
                 self.pieces(points).concat().into_iter().try_for_each(|point| canvas.ring(point, 3.2, colour, 1.3))
             }
             Data::Band(points) => self.draw_band(canvas, points, colour),
         }
+    }
+
+    fn draw_dashes<B: DrawingBackend>(
+        &self,
+        canvas: &Canvas<'_, B>,
+        points: &[[f64; 2]],
+        colour: Rgb,
+    ) -> io::Result<()> {
+        let dashes = self.pieces(points).into_iter().flat_map(|piece| dashes(&piece));
+        dashes.into_iter().try_for_each(|dash| canvas.line(&dash, colour, CURVE))
     }
 
     fn draw_band<B: DrawingBackend>(&self, canvas: &Canvas<'_, B>, points: &[[f64; 3]], colour: Rgb) -> io::Result<()> {
@@ -208,7 +216,13 @@ fn corners(data: &Data) -> Vec<[f64; 2]> {
     match data {
         Data::Line(points) | Data::Dashed(points) | Data::Markers(points) => points.clone(),
         Data::Band(points) => points.iter().flat_map(|&[x, lower, upper]| [[x, lower], [x, upper]]).collect(),
+        Data::Levels(levels) => levels.iter().flat_map(ends).collect(),
     }
+}
+
+/// The two ends of a level.
+fn ends(level: &Level) -> [[f64; 2]; 2] {
+    level.x.map(|x| [x, level.y])
 }
 
 fn mixed_with_white(colour: Rgb) -> Rgb {

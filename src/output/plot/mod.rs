@@ -74,6 +74,17 @@ pub enum Data {
     Markers(Vec<[f64; 2]>),
     /// The area between (x, lower) and (x, upper).
     Band(Vec<[f64; 3]>),
+    /// Horizontal lines.
+    Levels(Vec<Level>),
+}
+
+/// A horizontal line, from one x to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Its height.
+    pub y: f64,
+    /// Where it begins and ends.
+    pub x: [f64; 2],
 }
 
 /// Writes `<stem>.svg` and `<stem>.png`.

@@ -3,6 +3,7 @@
 //! Phases of an oscillation that sets in by itself are arbitrary. A reference that rises through its middle at t_r is
 //! shown later by t − t_r, with the last time t at which the run rises through the middle of its last oscillation.
 
+use super::Level;
 use super::run::CurveShape;
 
 /// Reference of the phase: a signal of the run, and when the same signal of the reference rises.
@@ -34,6 +35,9 @@ impl CurveShape {
         match self {
             Self::Points(points) => Self::Points(points.iter().map(|&[t, y]| [t + shift, y]).collect()),
             Self::Band(points) => Self::Band(points.iter().map(|&[t, low, high]| [t + shift, low, high]).collect()),
+            Self::Levels(levels) => {
+                Self::Levels(levels.iter().map(|level| Level { x: level.x.map(|t| t + shift), ..*level }).collect())
+            }
         }
     }
 
@@ -42,6 +46,7 @@ impl CurveShape {
         match self {
             Self::Points(points) => points.first().map(|point| point[0]),
             Self::Band(points) => points.first().map(|point| point[0]),
+            Self::Levels(levels) => levels.first().map(|level| level.x[0]),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The plots of a whole run: every history with its references, the energies, and their closure.
 
-use super::{Data, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
+use super::{Data, Level, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
@@ -32,6 +32,15 @@ pub enum CurveShape {
     Points(Vec<[f64; 2]>),
     /// The area between (x, lower) and (x, upper).
     Band(Vec<[f64; 3]>),
+    /// Values that hold over a span of time, open where it is infinite.
+    Levels(Vec<Level>),
+}
+
+impl CurveShape {
+    /// True for values, which are drawn beside other columns of a history; curves have a plot of their own.
+    fn is_levels(&self) -> bool {
+        matches!(self, Self::Levels(_))
+    }
 }
 
 /// Plots every history of `histories` into `plots`, one plot per unit of its columns.
@@ -91,22 +100,21 @@ fn history(name: &str, table: &HistoryTable, references: &[ReferenceCurve]) -> V
     let mut groups: BTreeMap<(String, Option<usize>), Vec<usize>> = BTreeMap::new();
     for (c, head) in table.heads.iter().enumerate().skip(1) {
         let PlotAxis { name, unit } = PlotAxis::of_head(head);
-        let alone = (!of_column(&name).is_empty()).then_some(c);
+        let alone = of_column(&name).iter().any(|reference| !reference.shape.is_levels()).then_some(c);
         groups.entry((unit, alone)).or_default().push(c);
     }
     let count = groups.len();
     let plots = |((unit, _), columns): ((String, Option<usize>), Vec<usize>)| {
         let names: Vec<String> = columns.iter().map(|&c| PlotAxis::of_head(&table.heads[c]).name).collect();
         let end = table.columns[0].last().copied().unwrap_or_default();
-        let mut series: Vec<PlotSeries> =
-            of_column(&names[0]).into_iter().map(|reference| reference.series(end)).collect();
+        let drawn: Vec<&ReferenceCurve> = names.iter().flat_map(|name| of_column(name)).collect();
+        let mut series: Vec<PlotSeries> = drawn.iter().map(|reference| reference.series(end)).collect();
         series.sort_by_key(|series| !matches!(series.data, Data::Band(_)));
         series.extend(columns.iter().map(|&c| curve(table, c)));
         let stem = if count == 1 { name.to_owned() } else { format!("{name}-{}", names[0]) };
         let y = PlotAxis { name: names.join(", "), unit };
         let x = PlotAxis::of_head(&table.heads[0]);
-        let begin =
-            of_column(&names[0]).iter().filter(|r| r.phase.is_some()).filter_map(|r| r.shape.begin()).reduce(f64::min);
+        let begin = drawn.iter().filter(|r| r.phase.is_some()).filter_map(|r| r.shape.begin()).reduce(f64::min);
         let closer = begin.map(|begin| {
             let title = format!("{name}, the last periods");
             let series = series.iter().map(|series| series.since(begin - 0.5 * (end - begin))).collect();
@@ -126,8 +134,19 @@ impl PlotSeries {
             Data::Dashed(points) => Data::Dashed(later(points)),
             Data::Markers(points) => Data::Markers(later(points)),
             Data::Band(points) => Data::Band(points.iter().filter(|point| point[0] >= begin).copied().collect()),
+            Data::Levels(levels) => {
+                Data::Levels(levels.iter().filter_map(|level| level.within(begin, f64::INFINITY)).collect())
+            }
         };
         Self { label: self.label.clone(), data }
+    }
+}
+
+impl Level {
+    /// The part from the time `begin` to the time `end`, if there is one.
+    fn within(&self, begin: f64, end: f64) -> Option<Self> {
+        let x = [self.x[0].max(begin), self.x[1].min(end)];
+        (x[0] <= x[1]).then_some(Self { x, ..*self })
     }
 }
 
@@ -139,6 +158,9 @@ impl ReferenceCurve {
                 Data::Markers(points.iter().filter(|point| point[0] <= end).copied().collect())
             }
             CurveShape::Band(points) => Data::Band(points.iter().filter(|point| point[0] <= end).copied().collect()),
+            CurveShape::Levels(levels) => {
+                Data::Levels(levels.iter().filter_map(|level| level.within(0.0, end)).collect())
+            }
         };
         PlotSeries { label: self.label.clone(), data }
     }

@@ -88,8 +88,8 @@ impl Construction<'_> {
     ) {
         let modes = structure.natural_modes(MODES);
         self.notes.extend(natural_periods(structure.setups(), &modes));
-        self.notes.extend(layers::choose(structure, &modes, around));
-        self.paths = path::of_solids(structure, &modes, around);
+        self.notes.extend(layers::choose(structure, &modes.found, around));
+        self.paths = path::of_solids(structure, &modes.found, around);
     }
 
     /// The fluids and the solids of the case.

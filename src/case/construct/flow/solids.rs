@@ -12,7 +12,7 @@ use crate::mesh::{Mesh, QuadraticMesh};
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
-use crate::pfem2::solid::structure::modes::NaturalMode;
+use crate::pfem2::solid::structure::modes::NaturalModes;
 
 /// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
 const CELLS: f64 = 2.0;
@@ -20,7 +20,7 @@ const CELLS: f64 = 2.0;
 /// Elements across the thinnest part of a solid where the case gives no length.
 const ACROSS: usize = 2;
 
-/// Modes of all solids that are looked for, those without stiffness among them.
+/// Modes of each solid that are looked for, those without stiffness among them.
 pub(super) const MODES: usize = 12;
 
 /// Periods that are shown of a solid.
@@ -207,15 +207,23 @@ impl Construction<'_> {
     }
 }
 
-/// The longest periods of elastic solids without a fluid, in words.
-pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &[NaturalMode<D>]) -> Option<String> {
+/// The longest periods of each elastic solid, and for which none were looked for.
+pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &NaturalModes<D>) -> Vec<String> {
     let of = |(solid, setup): (usize, &SolidSetup<D>)| {
-        let own = modes.iter().filter(|mode| mode.solid == solid && mode.period.is_finite());
+        let own = modes.found.iter().filter(|mode| mode.solid == solid && mode.period.is_finite());
         let periods: Vec<String> = own.take(PERIODS).map(|mode| format!("{:.3e} s", mode.period)).collect();
         (!periods.is_empty()).then(|| format!("{} {}", setup.name, periods.join(", ")))
     };
     let all: Vec<String> = solids.iter().enumerate().filter_map(of).collect();
-    (!all.is_empty()).then(|| format!("longest periods of solids, without the fluid: {}", all.join("; ")))
+    let found = (!all.is_empty()).then(|| format!("longest periods of solids, without the fluid: {}", all.join("; ")));
+    let too_large = modes.too_large.iter().map(|(solid, unknowns)| {
+        let name = &solids[*solid].name;
+        format!(
+            "the periods of `{name}` are not looked for: its {unknowns} unknowns would take long; where `surface` \
+             isn't given, the fluid sticks to it, however thin its layer is"
+        )
+    });
+    found.into_iter().chain(too_large).collect()
 }
 
 /// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest

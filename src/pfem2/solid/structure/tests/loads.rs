@@ -177,7 +177,7 @@ fn a_beam_under_tension_has_its_periods() {
         let mut setup = tensioned(mesh, density, young, stress);
         let hinge = |x: Vector<2>| x[1].abs() < 1e-9 && (x[0] < 1e-9 || x[0] > length - 1e-9);
         setup.held = vec![guided(&setup.mesh, 0, hinge), guided(&setup.mesh, 1, hinge)];
-        let modes = Structure::new(vec![setup]).unwrap().natural_modes(3);
+        let modes = Structure::new(vec![setup]).unwrap().natural_modes(3).found;
         for (k, mode) in modes.iter().take(2).enumerate() {
             let wave = (k + 1) as f64 * PI / length;
             let bending = young * thickness * thickness / 12.0;
