@@ -20,6 +20,9 @@ use std::collections::BTreeMap;
 /// away from nodes.
 const LEAST_SHAPE_FUNCTION: f64 = LEAST_EDGE_SHARE;
 
+/// Shape function below zero that is rounding.
+const ROUNDING: f64 = 1e-9;
+
 impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// Makes corners of the solids corners of the fluid part of the elements that hold them.
     pub(super) fn keep_corners(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>) {
@@ -31,7 +34,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             if self.stick_at(mesh, corner.position) {
                 continue;
             }
-            if let Some((element, position)) = self.holder(mesh, corner.position) {
+            if let Some((element, position)) = self.holder(mesh, &corner) {
                 held.entry(element).or_default().push(SurfaceCorner { position, ..corner });
             }
         }
@@ -80,15 +83,15 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
-    /// The element near solids that holds a place, of several on whose sides it lies one with a node inside, and
-    /// the place, no nearer to its sides than it may be [m].
-    fn holder(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<(usize, Vector<D>)> {
+    /// The element near solids that holds a corner, and its place there, no nearer to the sides of the element than it
+    /// may be [m]. Of two elements on whose common side it lies that into which the solid goes on from it.
+    fn holder(&self, mesh: &Mesh<D, N>, corner: &SurfaceCorner<D>) -> Option<(usize, Vector<D>)> {
         let holds = |e: usize| {
-            let shape = mesh.shape_functions(e, x);
-            if shape.iter().any(|&n| n < 0.0) {
+            let inwards = corner.normal * -(LEAST_SHAPE_FUNCTION * mesh.simplex(e).volume.powf(1.0 / D as f64));
+            if mesh.shape_functions(e, corner.position + inwards).iter().any(|&n| n < -ROUNDING) {
                 return None;
             }
-            let kept = shape.map(|n| n.max(LEAST_SHAPE_FUNCTION));
+            let kept = mesh.shape_functions(e, corner.position).map(|n| n.max(LEAST_SHAPE_FUNCTION));
             let sum: f64 = kept.iter().sum();
             Some((e, mesh.corners(e).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()))
         };
