@@ -144,9 +144,19 @@ pub struct DampingRatioSpec {
 }
 
 impl DampingRatioSpec {
-    /// 2 ζ [1], and ω [rad/s]: α = 2 ζ ω, β = 2 ζ/ω.
-    fn twice(self) -> (f64, f64) {
-        (2.0 * self.ratio, std::f64::consts::TAU * self.at)
+    /// ω [rad/s].
+    fn angular_frequency(self) -> f64 {
+        std::f64::consts::TAU * self.at
+    }
+
+    /// α = 2 ζ ω [1/s].
+    fn mass_coefficient(self) -> f64 {
+        2.0 * self.ratio * self.angular_frequency()
+    }
+
+    /// β = 2 ζ/ω [s].
+    fn stiffness_coefficient(self) -> f64 {
+        2.0 * self.ratio / self.angular_frequency()
     }
 }
 
@@ -154,11 +164,11 @@ impl From<SolidDampingSpec> for Damping {
     fn from(SolidDampingSpec { mass, stiffness }: SolidDampingSpec) -> Self {
         let mass = mass.map(|mass| match mass {
             MassDampingSpec::Coefficient(alpha) => alpha,
-            MassDampingSpec::Ratio(ratio) => ratio.twice().0 * ratio.twice().1,
+            MassDampingSpec::Ratio(ratio) => ratio.mass_coefficient(),
         });
         let stiffness = stiffness.map(|stiffness| match stiffness {
             StiffnessDampingSpec::Coefficient(beta) => beta,
-            StiffnessDampingSpec::Ratio(ratio) => ratio.twice().0 / ratio.twice().1,
+            StiffnessDampingSpec::Ratio(ratio) => ratio.stiffness_coefficient(),
         });
         Self { mass: mass.unwrap_or_default(), stiffness: stiffness.unwrap_or_default() }
     }

@@ -12,9 +12,9 @@
 //! With the compliance of the border to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p,
 //! and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
 //!
-//! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and,
-//! for each of its motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft
-//! ones are seen to by the coarse correction (`coarse`).
+//! What remains of the preconditioned matrix is S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t. For a solid in a fluid
+//! it has one eigenvalue per motion, 1 + (added mass)/(inertia and stiffness of the solid). It is near one where a
+//! motion is stiff; soft motions are left to the coarse correction (`coarse`).
 
 /// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S
 /// (theory (J.10c)).
@@ -26,22 +26,22 @@ pub struct PressureCompliance {
     pub entries: Vec<(u32, u32, f64)>,
 }
 
-/// Numbers of all unknowns of a system with a border.
+/// Values of all unknowns of a system with a border.
 #[derive(Debug, Clone, Copy)]
 pub struct BorderedVector<'a, const B: usize> {
-    /// Numbers of the nodes of the mesh, x.
+    /// Values at the nodes of the mesh, x.
     pub mesh: &'a [[f64; B]],
-    /// Numbers of the unknowns of the border, y.
+    /// Values of the unknowns of the border, y.
     pub border: &'a [f64],
 }
 
-/// Numbers of the velocities of near nodes and of the unknowns of a border: residuals of their rows, or what solves for
-/// these.
+/// Values of the velocities of near nodes and of the unknowns of a border: the residuals of their rows, or the solution
+/// for these.
 #[derive(Debug, Clone)]
 pub struct NearAndBorder<const B: usize> {
-    /// Numbers of the near nodes, in the order of [`Border::near`]; their pressures, the last of each, are left out.
+    /// Values at the near nodes, in the order of [`Border::near`]; their pressures, the last of each, are left out.
     pub near: Vec<[f64; B]>,
-    /// Numbers of the unknowns of the border.
+    /// Values of the unknowns of the border.
     pub border: Vec<f64>,
 }
 

@@ -15,7 +15,7 @@ use super::border::{Border, BorderedRows, BorderedVector, NearAndBorder};
 use super::modes::diagonalise;
 use super::preconditioner::ReusePolicy;
 use super::solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED};
-use super::vectors::{dot, start};
+use super::vectors::{dot, start_vector};
 
 /// Number of motions at most.
 const MOTIONS: usize = 14;
@@ -184,7 +184,7 @@ fn softest<const B: usize>(border: &dyn Border<B>) -> SmallMatrix {
     let stiffness: Vec<f64> = border.scaling().iter().map(|s| s.powi(-2)).collect();
     let unknowns = stiffness.len();
     let weighted = |x: &[f64]| -> Vec<f64> { x.iter().zip(&stiffness).map(|(x, d)| x * d).collect() };
-    let mut motions: SmallMatrix = (0..MOTIONS.min(unknowns)).map(|k| start(k, unknowns)).collect();
+    let mut motions: SmallMatrix = (0..MOTIONS.min(unknowns)).map(|k| start_vector(k, unknowns)).collect();
     for _ in 0..STEPS {
         let mut forces: SmallMatrix = motions.iter().map(|x| weighted(x)).collect();
         motions = responses(border, &forces).into_iter().map(|response| response.border).collect();

@@ -29,7 +29,7 @@ use faer::{Conj, MatMut, Par};
 /// A pivot below this, of a matrix scaled to a diagonal of ±1, or with the wrong sign, becomes its square root.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
-/// The numbers in which a factor is kept.
+/// The precision in which a factor is kept.
 ///
 /// The methods that call `faer` are compiled here for each of the two types, once, rather than in the crates that use
 /// a solver.
@@ -124,18 +124,18 @@ pub(super) struct Analysis {
     /// the diagonal first, then by eliminated row.
     first: Vec<u32>,
     blocks: Vec<u32>,
-    /// The structure as compressed columns of single numbers.
-    columns: ColumnPlaces,
+    /// The sparsity pattern as compressed columns of scalar entries.
+    columns: ColumnPattern,
     symbolic: SymbolicSupernodalCholesky<u32>,
 }
 
-/// The places of a sparse matrix, column by column.
-struct ColumnPlaces {
+/// The sparsity pattern of a matrix, column by column.
+struct ColumnPattern {
     start: Vec<u32>,
     rows: Vec<u32>,
 }
 
-impl ColumnPlaces {
+impl ColumnPattern {
     fn view(&self) -> SymbolicSparseColMatRef<'_, u32> {
         let n = self.start.len() - 1;
         SymbolicSparseColMatRef::new_unsorted_checked(n, n, &self.start, None, &self.rows)
@@ -194,11 +194,11 @@ impl Analysis {
 }
 
 /// Blocks on and below the diagonal of the matrix in the order of elimination, and the places of their numbers.
-fn lower_part<const B: usize>(pattern: &Pattern, order: &[u32]) -> (Vec<u32>, Vec<u32>, ColumnPlaces) {
+fn lower_part<const B: usize>(pattern: &Pattern, order: &[u32]) -> (Vec<u32>, Vec<u32>, ColumnPattern) {
     let mut rank = vec![0u32; order.len()];
     (0u32..).zip(order).for_each(|(k, &node)| rank[node as usize] = k);
     let (mut first, mut blocks) = (vec![0], Vec::with_capacity(pattern.entries() / 2 + order.len()));
-    let mut columns = ColumnPlaces { start: vec![0], rows: Vec::new() };
+    let mut columns = ColumnPattern { start: vec![0], rows: Vec::new() };
     for (k, &node) in (0u32..).zip(order) {
         // Column k of the lower part, by symmetry of the pattern found in row k.
         let mut below: Vec<(u32, u32)> = pattern

@@ -4,8 +4,8 @@
 //! minimise |S (b − A x)| over x ∈ x_0 + span{z_1 … z_m},   z_j = P(v_j)
 //! S A z_j = Σ_i h_ij v_i   (Arnoldi; Gram–Schmidt by passes over all v, repeated where cancellation asks for it)
 //! ```
-//! P may change from one application to the next. The history holds the norm after every iteration, relative to
-//! |S b|; restarts compute the true residual, so that convergence is never claimed by recurrence alone.
+//! P may change from one application to the next. The history holds the norm at the start and after every iteration;
+//! restarts compute the true residual, so that convergence is never claimed by recurrence alone.
 
 use super::vectors::{add_multiples, dot, dots, norm, update};
 

@@ -9,7 +9,7 @@
 
 use super::sparse::SparseMatrix;
 use super::symmetric_factor::PreconditioningFactor;
-use super::vectors::start;
+use super::vectors::start_vector;
 
 /// σ over the largest ratio of the diagonals of K and M.
 const SHIFT: f64 = 1e-11;
@@ -53,7 +53,7 @@ pub fn lowest_modes(stiffness: &SparseMatrix, mass: &SparseMatrix, count: usize)
     let shift = SHIFT * largest_ratio(stiffness, mass);
     let shifted: Vec<_> = mass.triplets().map(|(row, column, value)| (row, column, shift * value)).collect();
     let factor = PreconditioningFactor::double(&stiffness.with(&shifted))?;
-    let mut vectors: Vec<Vec<f64>> = (0..(count + SPARE).min(n)).map(|k| start(k, n)).collect();
+    let mut vectors: Vec<Vec<f64>> = (0..(count + SPARE).min(n)).map(|k| start_vector(k, n)).collect();
     let mut last = vec![f64::INFINITY; count];
     let mut values = Vec::new();
     for _ in 0..ITERATIONS {

@@ -26,16 +26,23 @@ pub struct SolveOutcome {
 
 /// The system could not be solved to the tolerance.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the linear solver stopped at a relative residual of {residual:.3e} after {} iterations", history.len())]
+#[error("the linear solver stopped at a relative residual of {residual:.3e} after {} iterations", self.iterations())]
 pub struct NotConverged {
     /// |S (b − A x)| / |S b| at the end.
     pub residual: f64,
-    /// The relative residual at the start and after every iteration.
+    /// The relative residual at the start and after every iteration, with every preconditioner that was tried.
     pub history: Vec<f64>,
     /// The node with the largest scaled residual.
     pub worst_node: usize,
     /// The unknown of that node: below D a velocity, D the pressure.
     pub worst_unknown: usize,
+}
+
+impl NotConverged {
+    /// Iterations of FGMRES, with every preconditioner that was tried.
+    pub fn iterations(&self) -> usize {
+        self.history.len().saturating_sub(1)
+    }
 }
 
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
@@ -156,33 +163,38 @@ impl<const B: usize> LinearSolver<B> {
             return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
         let guess = x.to_vec();
-        let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
+        let (mut history, mut failed_methods, mut is_fresh) = (Vec::new(), 0, false);
         self.begin(&system);
+        // First with the kept preconditioner, if there is one; then with a fresh one of the same method; then with
+        // fresh ones of the other methods, each once. What failed says by `reuse.replace` that a fresh one is to be
+        // made, and from the first of these on all are fresh.
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
                 self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
-                fresh = true;
+                is_fresh = true;
             }
             self.take_up(&system);
-            let limits = self.limits(fresh, system.border.is_some(), self.options.tolerance * reference);
+            let limits = self.limits(is_fresh, system.border.is_some(), self.options.tolerance * reference);
             let attempt = self.attempt(&system, x, &mut residual, limits);
-            iterations += attempt.history.len() - 1;
-            history.extend(attempt.history.iter().map(|r| r / reference));
+            // An attempt begins where the one before has ended: its start is no iteration.
+            let new = usize::from(!history.is_empty());
+            history.extend(attempt.history[new..].iter().map(|r| r / reference));
             if attempt.converged {
                 self.count(attempt.history.len() - 1);
-                return Ok(SolveOutcome { iterations, residual: norm(&residual) / reference, rebuilt: fresh });
+                let (iterations, residual) = (history.len() - 1, norm(&residual) / reference);
+                return Ok(SolveOutcome { iterations, residual, rebuilt: is_fresh });
             }
             if !norm(&residual).is_finite() {
                 // What comes next begins where this began.
                 x.copy_from_slice(&guess);
             }
-            if !fresh {
+            if !is_fresh {
                 self.reuse.fail();
                 continue;
             }
-            failed += 1;
+            failed_methods += 1;
             self.coarse = None;
-            if failed == self.methods.len() {
+            if failed_methods == self.methods.len() {
                 self.reuse.replace = true;
                 let own = &residual[..system.a.pattern.rows() * B];
                 return Err(failure::<B>(history, norm(&residual) / reference, own));
@@ -263,9 +275,9 @@ impl<const B: usize> LinearSolver<B> {
         Ok(())
     }
 
-    fn limits(&self, fresh: bool, bordered: bool, target: f64) -> Limits {
+    fn limits(&self, is_fresh: bool, bordered: bool, target: f64) -> Limits {
         let all = self.options.max_iterations;
-        let (iterations, patience) = match (fresh, self.method) {
+        let (iterations, patience) = match (is_fresh, self.method) {
             (false, _) => (self.reuse.patience().min(all), Some(self.reuse.patience())),
             (true, Preconditioning::Single) if bordered => (BORDERED_PATIENCE.min(all), None),
             (true, Preconditioning::Single) => (SINGLE_PATIENCE.min(all), None),
@@ -355,7 +367,7 @@ fn scaled_norm(b: &[f64], scaling: &[f64], work: &mut [f64]) -> f64 {
     norm(work)
 }
 
-/// The failure with a relative residual at the end, of which `own` are the numbers of the mesh.
+/// The failure with a relative residual at the end, of which `own` are the entries of the mesh.
 fn failure<const B: usize>(history: Vec<f64>, residual: f64, own: &[f64]) -> NotConverged {
     let size = |i: usize| if own[i].is_finite() { own[i].abs() } else { f64::INFINITY };
     let worst = (0..own.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! General sparse matrices of single numbers, and their factorisation with row exchanges: S A S = Pᵀ L U, by `faer`.
+//! General sparse matrices of scalar entries, and their factorisation with row exchanges: S A S = Pᵀ L U, by `faer`.
 //!
 //! For parts of a system that have no mesh of simplices, as elastic solids. S scales the diagonal to ±1.
 
@@ -226,13 +226,13 @@ impl CompressedColumns {
         Self { start, rows, values }
     }
 
-    fn places(&self) -> SymbolicSparseColMatRef<'_, u32> {
+    fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
         let n = self.start.len() - 1;
         SymbolicSparseColMatRef::new_checked(n, n, &self.start, None, &self.rows)
     }
 
     fn factor(&self, symbolic: &SymbolicLu<u32>) -> Option<Lu<u32, f64>> {
-        Lu::try_new_with_symbolic(symbolic.clone(), SparseColMatRef::new(self.places(), &self.values[..])).ok()
+        Lu::try_new_with_symbolic(symbolic.clone(), SparseColMatRef::new(self.pattern(), &self.values[..])).ok()
     }
 }
 
@@ -263,13 +263,13 @@ impl SparseFactor {
         }
         let scaling = a.scaling();
         let columns = CompressedColumns::scaled(a, &scaling);
-        let symbolic = SymbolicLu::try_new(columns.places()).ok()?;
+        let symbolic = SymbolicLu::try_new(columns.pattern()).ok()?;
         let factor = columns.factor(&symbolic)?;
         Some(Self { factor, symbolic, columns, work: vec![0.0; scaling.len()], scaling })
     }
 
-    /// The factor of another matrix in place of this; the order of elimination is kept if the entries have the same
-    /// places. `None` as in [`SparseFactor::new`].
+    /// The factor of another matrix in place of this; the order of elimination is kept if the sparsity pattern is the
+    /// same. `None` as in [`SparseFactor::new`].
     #[must_use]
     pub fn renewed(self, a: &SparseMatrix) -> Option<Self> {
         let scaling = a.scaling();

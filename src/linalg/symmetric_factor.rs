@@ -1,14 +1,15 @@
 //! The factorisation of the symmetric part of a sparse matrix: S ½ (A + Aᵀ) S = Pᵀ L D Lᵀ P, by `faer`.
 //!
-//! The order P of least degree is one for symmetric places (Amestoy, Davis & Duff 1996): of solids in space it leaves a
-//! fraction of the numbers that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).
+//! The order P of least degree is one for symmetric patterns (Amestoy, Davis & Duff 1996): of solids in space it leaves
+//! a fraction of the entries that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).
 //!
-//! An iteration is preconditioned with a factor of single numbers, which takes half the time, where rounding matters
-//! little, that is, where x − M A x is small for x = M r, the motion of which the factor M says that it is soft.
+//! As a preconditioner a factor in single precision takes half the time. It is used where its rounding does no harm.
+//! With M the inverse of H by the factor, and x = M r for some r, in which the softest motions are largest, |x − M H x|
+//! must be small beside |x|.
 
 use super::direct::{Precision, structure};
 use super::sparse::{SparseFactor, SparseMatrix};
-use super::vectors::{norm, start};
+use super::vectors::{norm, start_vector};
 use dyn_stack::{MemBuffer, MemStack};
 use faer::Side;
 use faer::sparse::linalg::amd;
@@ -16,11 +17,11 @@ use faer::sparse::linalg::cholesky::factorize_symbolic_cholesky;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
-/// Part of a soft motion that rounding may take from a solution with a factor of single numbers.
+/// Largest |x − M H x|/|x| with which a factor in single precision is used.
 const LARGEST_ROUNDING: f64 = 1e-2;
 
-/// The structure of the factor of a symmetric matrix H.
-struct Structure {
+/// The symbolic factor of a symmetric matrix H.
+struct SymbolicFactor {
     /// `order[k]` is the unknown that is eliminated k-th.
     order: Vec<u32>,
     /// Diagonal of S, by unknown.
@@ -28,9 +29,9 @@ struct Structure {
     symbolic: SymbolicSupernodalCholesky<u32>,
 }
 
-/// The symmetric part H of a matrix, on its diagonal and below, and the structure of its factor.
+/// The symmetric part H of a matrix, on its diagonal and below, and its symbolic factor.
 struct Analysed {
-    structure: Structure,
+    structure: SymbolicFactor,
     /// S H S in the order of elimination; rows of this are its columns.
     lower: SparseMatrix,
 }
@@ -40,29 +41,29 @@ impl Analysed {
     fn new(a: &SparseMatrix) -> Option<Self> {
         let (order, scaling) = (least_degree(a)?, a.scaling());
         let lower = lower_part(a, &order, &scaling);
-        let symbolic = structure(places(&lower.transposed()))?;
-        Some(Self { structure: Structure { order, scaling, symbolic }, lower })
+        let symbolic = structure(pattern(&lower.transposed()))?;
+        Some(Self { structure: SymbolicFactor { order, scaling, symbolic }, lower })
     }
 
     /// The factor; `None` where H isn't positive definite.
     fn factor<T: Precision>(&self) -> Option<Vec<T>> {
-        let Structure { order, symbolic, .. } = &self.structure;
+        let SymbolicFactor { order, symbolic, .. } = &self.structure;
         let mut values = vec![T::ZERO; symbolic.len_val()];
         let numbers: Vec<T> = self.lower.values.iter().map(|&value| T::round(value)).collect();
-        let matrix = SparseColMatRef::new(places(&self.lower), &numbers[..]);
+        let matrix = SparseColMatRef::new(pattern(&self.lower), &numbers[..]);
         let mut memory = MemBuffer::try_new(T::scratch(symbolic)).ok()?;
         let replaced = T::factorize(&mut values, matrix, &vec![1; order.len()], symbolic, &mut memory)?;
         (replaced == 0).then_some(values)
     }
 
-    /// The factor in single numbers, where these are good enough.
+    /// The factor in single precision, where that is enough.
     fn single_factor(&self) -> Option<Vec<f32>> {
         self.factor().filter(|factor| self.rounding(factor) < LARGEST_ROUNDING)
     }
 
     /// |x − M H x| / |x| with the inverse M by the factor, for x = M r with some r.
     fn rounding<T: Precision>(&self, factor: &[T]) -> f64 {
-        let mut soft = [start(0, self.lower.rows())];
+        let mut soft = [start_vector(0, self.lower.rows())];
         self.structure.solve_all(factor, &mut soft);
         let mut again = [self.multiply(&soft[0])];
         self.structure.solve_all(factor, &mut again);
@@ -72,7 +73,7 @@ impl Analysed {
 
     /// H x.
     fn multiply(&self, x: &[f64]) -> Vec<f64> {
-        let Structure { order, scaling, .. } = &self.structure;
+        let SymbolicFactor { order, scaling, .. } = &self.structure;
         let mut y = vec![0.0; x.len()];
         for (k, i, value) in self.lower.triplets() {
             let [k, i] = [k, i].map(|place| order[place as usize] as usize);
@@ -84,12 +85,12 @@ impl Analysed {
     }
 }
 
-impl Structure {
+impl SymbolicFactor {
     /// H⁻¹ r in the place of each right-hand side: the factor is read once for all of them.
     fn solve_all<T: Precision>(&self, factor: &[T], sides: &mut [Vec<f64>]) {
         let scaled = |side: &[f64], k: u32| side[k as usize] * self.scaling[k as usize];
         let largest = |side: &Vec<f64>| self.order.iter().map(|&k| scaled(side, k).abs()).fold(0.0, f64::max);
-        // Of the size of one, as single numbers have a short range.
+        // Of the size of one, as single precision has a short range.
         let sizes: Vec<f64> = sides.iter().map(largest).map(|size| if size > 0.0 { size } else { 1.0 }).collect();
         let mut all: Vec<T> = Vec::with_capacity(sides.len() * self.order.len());
         for (side, size) in sides.iter().zip(&sizes) {
@@ -106,16 +107,16 @@ impl Structure {
     }
 }
 
-/// The places of a matrix whose rows are taken as columns.
-fn places(matrix: &SparseMatrix) -> SymbolicSparseColMatRef<'_, u32> {
+/// The sparsity pattern of a matrix whose rows are taken as columns.
+fn pattern(matrix: &SparseMatrix) -> SymbolicSparseColMatRef<'_, u32> {
     SymbolicSparseColMatRef::new_checked(matrix.rows(), matrix.rows(), &matrix.start, None, &matrix.columns)
 }
 
-/// The order of least degree for the places of A + Aᵀ.
+/// The order of least degree for the pattern of A + Aᵀ.
 fn least_degree(a: &SparseMatrix) -> Option<Vec<u32>> {
     let (mut order, mut rank) = (vec![0; a.rows()], vec![0; a.rows()]);
     let mut memory = MemBuffer::try_new(amd::order_scratch::<u32>(a.rows(), a.columns.len())).ok()?;
-    amd::order(&mut order, &mut rank, places(a), Default::default(), MemStack::new(&mut memory)).ok()?;
+    amd::order(&mut order, &mut rank, pattern(a), Default::default(), MemStack::new(&mut memory)).ok()?;
     Some(order)
 }
 
@@ -142,12 +143,12 @@ fn lower_part(a: &SparseMatrix, order: &[u32], s: &[f64]) -> SparseMatrix {
     })
 }
 
-/// Numbers in the factor of a symmetric matrix with these entries, of which those on its diagonal and below count;
+/// Entries of the factor of a symmetric matrix with these entries, of which those on its diagonal and below count;
 /// `None` where they are too many to be counted.
 pub fn factor_numbers(a: &SparseMatrix) -> Option<usize> {
     let upper = SparseMatrix::from_triplets(a.rows(), a.triplets().filter(|(row, column, _)| column <= row).collect());
-    let places = SymbolicSparseColMatRef::new_checked(a.rows(), a.rows(), &upper.start, None, &upper.columns);
-    let symbolic = factorize_symbolic_cholesky(places, Side::Upper, Default::default(), Default::default()).ok()?;
+    let pattern = SymbolicSparseColMatRef::new_checked(a.rows(), a.rows(), &upper.start, None, &upper.columns);
+    let symbolic = factorize_symbolic_cholesky(pattern, Side::Upper, Default::default(), Default::default()).ok()?;
     Some(symbolic.len_val())
 }
 
@@ -156,8 +157,8 @@ pub fn factor_numbers(a: &SparseMatrix) -> Option<usize> {
 pub struct PreconditioningFactor(FactorKind);
 
 enum FactorKind {
-    Single(Box<Structure>, Vec<f32>),
-    Double(Box<Structure>, Vec<f64>),
+    Single(Box<SymbolicFactor>, Vec<f32>),
+    Double(Box<SymbolicFactor>, Vec<f64>),
     General(Box<SparseFactor>),
 }
 
@@ -171,7 +172,7 @@ impl PreconditioningFactor {
         symmetric.or_else(|| general(a)).map(Self)
     }
 
-    /// The same in double numbers, for iterations whose result is only as good as their factor.
+    /// The same in double precision, for iterations whose result is only as good as their factor.
     pub fn double(a: &SparseMatrix) -> Option<Self> {
         Analysed::new(a).and_then(double).or_else(|| general(a)).map(Self)
     }
@@ -226,10 +227,10 @@ mod tests {
         }
     }
 
-    /// Single numbers serve where they know the softest motion, of a weak spring that carries a chain of springs of
-    /// 1 N/m: of 1e-3 N/m, not of 1e-9 N/m.
+    /// Single precision serves where it resolves the softest motion, of a weak spring that carries a chain of springs
+    /// of 1 N/m: of 1e-3 N/m, not of 1e-9 N/m.
     #[test]
-    fn single_numbers_serve_where_rounding_is_small() {
+    fn single_precision_serves_where_rounding_is_small() {
         let chain = |weak: f64| {
             let spring = |k: u32| [(k, k, 1.0), (k + 1, k + 1, 1.0), (k, k + 1, -1.0), (k + 1, k, -1.0)];
             SparseMatrix::from_triplets(20, (0..19).flat_map(spring).chain([(0, 0, weak)]).collect())
@@ -244,7 +245,7 @@ mod tests {
     }
 
     /// An arrow with its head at the first unknown fills up if that is eliminated first, and has no fill if it is the
-    /// last: 2 n − 1 numbers.
+    /// last: 2 n − 1 entries.
     #[test]
     fn an_order_of_least_degree_leaves_an_arrow_without_fill() {
         let n = 50;

@@ -53,8 +53,8 @@ fn dot_of(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
-/// A vector with parts of all modes, the same in every run: the golden ratio fills an interval evenly.
-pub(super) fn start(k: usize, n: usize) -> Vec<f64> {
+/// A pseudo-random vector with parts of all modes, the same in every run: the golden ratio fills an interval evenly.
+pub(super) fn start_vector(k: usize, n: usize) -> Vec<f64> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     (0..n).map(|i| ((i * (2 * k + 1) + k + 1) as f64 * GOLDEN).fract() - 0.5).collect()
 }

@@ -53,8 +53,7 @@ impl ElasticLaw for Hypoelastic {
         self.elastic.moduli()
     }
 
-    /// The tangent of an increment as it goes to zero. Truesdell's rate is Jaumann's less d σ + σ d and with tr d σ
-    /// (Becker (7)):
+    /// The tangent of an increment as it goes to zero. Truesdell's rate is Jaumann's less d σ + σ d and with tr d σ:
     /// c = K 1 ⊗ 1 + 2 G (1 ⊙ 1 − ⅓ 1 ⊗ 1) − 2 (1 ⊙ σ) + σ ⊗ 1. The last makes it unsymmetric: no stored energy is
     /// behind it.
     fn linearised(&self, state: &ElasticState) -> Linearised<6> {
@@ -62,6 +61,7 @@ impl ElasticLaw for Hypoelastic {
         let pressure = moduli.pressure(state.deformation.determinant());
         let stress = state.stress.deviator() - SymTensor::isotropic(pressure);
         let elastic = Stiffness::volumetric() * moduli.lame() + Stiffness::identity() * (2.0 * moduli.shear);
+        // Becker (7).
         let turning = Stiffness::dyad(&stress, &one) - Stiffness::product(&one, &stress) * 2.0;
         Linearised::new(stress, elastic + turning)
     }

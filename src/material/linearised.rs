@@ -22,7 +22,7 @@ use crate::math::{SymTensor, Tensor};
 /// let law = StVenantKirchhoff { elastic: Elastic::new(1000.0, 2.6e6, 0.3) };
 /// let rest = ElasticState { deformation: Tensor::identity(), stress: SymTensor::ZERO };
 /// let strain = law.linearised(&rest).plane_strain();
-/// // Plane strain without the pressure: ⁴⁄₃ G, −⅔ G and G (Becker (27)).
+/// // Plane strain without the pressure: ⁴⁄₃ G, −⅔ G and G.
 /// let deviatoric = strain.mixed().stiffness;
 /// assert!((deviatoric[0][0] / 1e6 - 4.0 / 3.0).abs() < 1e-12);
 /// assert!((deviatoric[0][1] / 1e6 + 2.0 / 3.0).abs() < 1e-12);
@@ -104,6 +104,7 @@ impl<const N: usize> Linearised<N> {
     pub fn mixed(&self) -> Mixed<N> {
         let beta = self.pressure_slope.map(|h| h / self.bulk);
         let dyad = |i: usize, j: usize| self.bulk * beta[i] * beta[j];
+        // At rest Becker (27).
         let stiffness = std::array::from_fn(|i| std::array::from_fn(|j| self.tangent[i][j] - dyad(i, j)));
         Mixed { stiffness, coupling: beta }
     }

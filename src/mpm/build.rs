@@ -12,7 +12,7 @@ use super::state::stability;
 use super::step::method::{MethodChoices, StepCount};
 use super::step::schedule::SweepSchedule;
 use super::stress::ambient;
-use super::transfer::{CHUNK, Plain, Tiles, View};
+use super::transfer::{CHUNK_LEN, Plain, Tiles, View};
 use super::wall::Walls;
 use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
@@ -34,10 +34,10 @@ impl<const D: usize> Mpm<D> {
         let kernel = Kernel::new(setup.kernel, 0.25);
         let cutoffs = mass_cutoffs(&bodies, field_count, kernel, &setup.transfer);
         let touching = cutoffs.iter().map(|cutoffs| cutoffs.contact).fold(f64::INFINITY, f64::min);
-        let lattice = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
-        let coupling = Coupling::new(membranes, &bodies, lattice, &friction, coupling_settings(&setup));
+        let stencil = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
+        let coupling = Coupling::new(membranes, &bodies, stencil, &friction, coupling_settings(&setup));
         let method = build_method(&setup, &bodies);
-        let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
+        let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, stencil);
         walls.note_overlaps(&bodies);
         walls.note_solids(&bodies);
         let grid = build_grid(&setup.grid, &walls, cutoffs);
@@ -64,7 +64,7 @@ impl<const D: usize> Mpm<D> {
         for body in &mut self.bodies {
             // An increment of no time leaves the state as it is and gives the wave speeds.
             let (law, view) = body.view();
-            let still = [Tensor::ZERO; CHUNK];
+            let still = [Tensor::ZERO; CHUNK_LEN];
             let cell = self.grid.cell;
             view.visit(&|chunk: &mut View<'_, D>| chunk.update_law(law, &still[..chunk.len()], 0.0, cell));
         }

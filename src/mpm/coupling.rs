@@ -98,12 +98,12 @@ impl<const D: usize> Coupling<D> {
     pub fn new(
         membranes: Vec<Membrane<D>>,
         bodies: &[Body<D>],
-        lattice: FoldedStencil<D>,
+        stencil: FoldedStencil<D>,
         friction: &FrictionTable,
         settings: CouplingSettings,
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contacts::new(lattice, friction, settings.contact, settings.gap_tolerance, bodies, &sources);
+        let contact = Contacts::new(stencil, friction, settings.contact, settings.gap_tolerance, bodies, &sources);
         let proximity = Proximity::new(&membranes);
         Self { membranes, contact, proximity, settings }
     }

@@ -1,7 +1,7 @@
 //! Fields over time for ParaView: `<name>.pvd` over `<name>/000000.vtu` (membranes, meshes) or `.vtp`
 //! (particles, surfaces of solids).
 
-pub use super::vtk::Precision;
+pub use super::vtk::FieldPrecision;
 
 use super::atomic::create_directory;
 use super::label::{UnitLabels, file_name};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Fields {
     directory: PathBuf,
     interval: f64,
-    precision: Precision,
+    precision: FieldPrecision,
     units: UnitLabels,
     series: BTreeMap<String, FileSeries>,
     resumed: Option<f64>,
@@ -24,7 +24,7 @@ pub struct Fields {
 
 impl Fields {
     /// Fields in `directory`, every `interval` seconds.
-    pub fn new(directory: &Path, interval: f64, precision: Precision, units: UnitLabels) -> Self {
+    pub fn new(directory: &Path, interval: f64, precision: FieldPrecision, units: UnitLabels) -> Self {
         let directory = directory.to_owned();
         Self { directory, interval, precision, units, series: BTreeMap::new(), resumed: None }
     }
@@ -35,7 +35,7 @@ impl Fields {
         name: &str,
         extension: &str,
         time: f64,
-        write: impl FnOnce(&Path, Precision, UnitLabels) -> Result<()>,
+        write: impl FnOnce(&Path, FieldPrecision, UnitLabels) -> Result<()>,
     ) -> Result<()> {
         let stem = file_name(name);
         if !self.series.contains_key(&stem) {

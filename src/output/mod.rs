@@ -25,7 +25,7 @@ pub mod vtk;
 pub use balance::BalanceHistory;
 pub use checkpoint::{Checkpoints, fingerprint};
 pub use component::Component;
-pub use fields::{Fields, Precision};
+pub use fields::{FieldPrecision, Fields};
 pub use force::{CountHistory, Forces};
 pub use history::History;
 pub use label::UnitLabels;

@@ -253,7 +253,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         timed!(self.timer, "solids", self.predict_solids(step)?);
         // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
         let (history, system, interface) = (&self.history, &self.system, &self.interface);
-        timed!(self.timer, "correct", self.particles.accelerate(step, history, system, interface));
+        timed!(self.timer, "explicit", self.particles.accelerate(step, history, system, interface));
         // Convect, along the streamlines of v*: Becker (34)–(36), theory (F.4).
         let flow = timed!(self.timer, "convect", self.particles.convect(step, history, system, interface));
         // Reseed: theory G.12.

@@ -3,7 +3,7 @@
 use super::{RunDirectory, unit_labels};
 use crate::case::Case;
 use crate::error::{Diagnostic, Error, Result};
-use crate::output::{BalanceHistory, CountHistory, Fields, Forces, Picture, Precision, Probe};
+use crate::output::{BalanceHistory, CountHistory, FieldPrecision, Fields, Forces, Picture, Probe};
 use crate::simulation::{Monitor, Simulation, Snapshot};
 
 /// Frames of a run, where the case doesn't say.
@@ -37,7 +37,7 @@ pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory)
         Box::new(BalanceHistory::new(&history, rows, units)),
         Box::new(Forces::new(&history, rows, units)),
         Box::new(CountHistory::new(&history, rows, units)),
-        Box::new(Fields::new(&directory.fields(), frames, Precision::default(), units)),
+        Box::new(Fields::new(&directory.fields(), frames, FieldPrecision::default(), units)),
     ];
     let mut findings: Vec<Diagnostic> = Vec::new();
     let initial = simulation.solver().snapshot();

@@ -389,10 +389,31 @@ fn failures_to_converge_name_the_worst_node() {
     let mut x = vec![[0.0; 4]; b.len()];
     let failure = LinearSolver::new(a.pattern.clone(), &places(&mesh), options).solve(&a, &b, &mut x).unwrap_err();
     assert!(failure.history.len() == 3 && failure.residual > 1e-12 && failure.worst_node < b.len());
+    assert!(failure.to_string().ends_with("after 2 iterations"), "{failure}");
     a.values[a.pattern.diagonal(171)][0][0] = f64::NAN;
     let mut x = vec![[0.0; 4]; b.len()];
     let failure = LinearSolver::new(a.pattern.clone(), &places(&mesh), SolverOptions::default()).solve(&a, &b, &mut x);
     assert_eq!(failure.unwrap_err().worst_node, 171);
+}
+
+/// Two iterations with the kept preconditioner and two with a fresh one are four.
+#[test]
+fn failures_to_converge_count_the_iterations_of_all_attempts() {
+    let mesh = unit_box::<3, 4>(6);
+    let mut a = TWO_FLUIDS.assemble::<3, 4, 4>(&mesh);
+    walls(&mut a, &mesh, true);
+    let (mut b, mut x) = (vec![[0.0; 4]; mesh.nodes().len()], vec![[0.0; 4]; mesh.nodes().len()]);
+    b[171] = [1.0, 2.0, 3.0, 0.0];
+    let loose = SolverOptions { kind: SolverKind::Iterative, tolerance: 1e-2, ..SolverOptions::default() };
+    let mut first = LinearSolver::new(a.pattern.clone(), &places(&mesh), loose);
+    first.solve(&a, &b, &mut x).unwrap();
+    let strict = SolverOptions { tolerance: 1e-12, max_iterations: 2, ..loose };
+    let mut second = LinearSolver::new(a.pattern.clone(), &places(&mesh), strict);
+    second.restore(&first.state()).unwrap();
+    x.as_flattened_mut().fill(0.0);
+    let failure = second.solve(&a, &b, &mut x).unwrap_err();
+    assert_eq!((failure.iterations(), failure.history.len()), (4, 5));
+    assert!(failure.to_string().ends_with("after 4 iterations"), "{failure}");
 }
 
 #[test]

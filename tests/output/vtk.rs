@@ -3,7 +3,7 @@
 //! Needs a Python with `vtk` and `numpy`: `$LATEEN_PYTHON`, `.venv/bin/python` or `python3`. Without one
 //! the test says so and passes, unless `LATEEN_REQUIRE_VTK=1`.
 
-use lateen::output::{Fields, Precision, UnitLabels};
+use lateen::output::{FieldPrecision, Fields, UnitLabels};
 use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -111,7 +111,7 @@ fn read_back(directory: &Path) {
     }
 }
 
-fn write_and_read_back(precision: Precision, tolerance: f64, counts: &[usize]) {
+fn write_and_read_back(precision: FieldPrecision, tolerance: f64, counts: &[usize]) {
     let directory = tempfile::tempdir().unwrap();
     let mut fields = Fields::new(directory.path(), 0.1, precision, UnitLabels::Shown);
     let models: Vec<Model> = counts.iter().enumerate().map(|(i, &n)| Model::new(n, 0.1 * i as f64)).collect();
@@ -128,12 +128,12 @@ fn write_and_read_back(precision: Precision, tolerance: f64, counts: &[usize]) {
 
 #[test]
 fn vtk_reads_back_every_number_in_double_precision() {
-    write_and_read_back(Precision::Double, 0.0, &[1, 7, 20_000]);
+    write_and_read_back(FieldPrecision::Double, 0.0, &[1, 7, 20_000]);
 }
 
 #[test]
 fn vtk_reads_back_single_precision_to_seven_digits() {
-    write_and_read_back(Precision::Single, 6.0e-8, &[32_768, 0, 5]);
+    write_and_read_back(FieldPrecision::Single, 6.0e-8, &[32_768, 0, 5]);
 }
 
 /// A tetrahedron has four nodes, as a quadrilateral has; VTK's own numbers are 10 and 9 (*VTK File Formats*, fig. 2).
@@ -152,7 +152,7 @@ fn elements_of_a_volume_with_four_nodes_are_tetrahedra() {
         element_fields: vec![],
     };
     let snapshot = Snapshot { dimension: 3, surfaces: vec![mesh], ..Snapshot::default() };
-    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot, 0.0).unwrap();
+    Fields::new(directory.path(), 0.1, FieldPrecision::Double, UnitLabels::Shown).sample(&snapshot, 0.0).unwrap();
     let expected = json!({ "mesh": [{
         "time": 0.0, "tolerance": 0.0, "points": nodes, "connectivity": elements.concat(), "offsets": [0, 4, 8],
         "types": [10, 10], "point-data": [], "cell-data": [],
@@ -181,7 +181,7 @@ fn surfaces_of_solids_are_lines_or_polygons() {
     };
     let outlines = shapes.iter().map(outline).collect();
     let snapshot = Snapshot { dimension: 3, outlines, ..Snapshot::default() };
-    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot, 0.0).unwrap();
+    Fields::new(directory.path(), 0.1, FieldPrecision::Double, UnitLabels::Shown).sample(&snapshot, 0.0).unwrap();
     let text = std::fs::read(directory.path().join("beam-surface/000000.vtp")).unwrap();
     assert!(String::from_utf8_lossy(&text).contains("NumberOfLines=\"4\" NumberOfPolys=\"0\""));
     let read = lateen::output::vtk::read_array(&directory.path().join("plate-surface/000000.vtp"), "traction").unwrap();
@@ -204,7 +204,7 @@ fn surfaces_of_solids_are_lines_or_polygons() {
 fn a_resumed_run_leaves_the_same_files_as_an_uninterrupted_one() {
     let read = |directory: &Path, file: &str| std::fs::read(directory.join(file)).unwrap();
     let run = |directory: &Path, steps: std::ops::Range<usize>, resume: Option<f64>| {
-        let mut fields = Fields::new(directory, 0.1, Precision::Single, UnitLabels::Shown);
+        let mut fields = Fields::new(directory, 0.1, FieldPrecision::Single, UnitLabels::Shown);
         if let Some(time) = resume {
             fields.resume(time).unwrap();
         }

@@ -221,6 +221,18 @@ fn numbers_of_equations_are_found_in_every_form() {
     assert_eq!(equations("from (48), at 0.5 (17) of Lian (2014, p. 3)", "Lian"), [0; 0]);
 }
 
+/// A source without what is said of a module or an item as a whole: a number belongs to the line that does the work.
+fn body(text: &str) -> String {
+    let is_doc = |line: &&str| ["//!", "///"].iter().any(|mark| line.trim_start().starts_with(mark));
+    text.lines().filter(|line| !is_doc(line)).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn numbers_in_documentation_are_not_at_the_line_that_does_the_work() {
+    let text = "//! All of it: Lian (53).\nimpl A {\n    /// The impulses, Lian (54).\n    fn b() {} // Lian (55)\n}";
+    assert_eq!(equations(&body(text), "Lian"), [55]);
+}
+
 #[test]
 fn equations_of_the_papers_are_listed_and_cited_in_the_sources_that_the_list_names() {
     for paper in ["Lian", "Becker"] {
@@ -229,9 +241,7 @@ fn equations_of_the_papers_are_listed_and_cited_in_the_sources_that_the_list_nam
         for (number, sources) in &table {
             for source in sources {
                 let text = fs::read_to_string(root().join("src").join(source)).unwrap_or_else(|_| panic!("{source}"));
-                // What the head says is said of the whole module; the number belongs to the line that does the work.
-                let body: Vec<&str> = text.lines().filter(|line| !line.starts_with("//!")).collect();
-                let there = equations(&body.join("\n"), paper).contains(number);
+                let there = equations(&body(&text), paper).contains(number);
                 assert!(there, "src/{source} doesn't say where it does {paper} ({number})");
             }
         }

@@ -23,7 +23,8 @@ impl SolidSummary {
     pub(in crate::case) fn new<const D: usize, const N: usize>(
         solid: &SolidSetup<D>,
         background: &Mesh<D, N>,
-        (locator, sizes): (&Locator<D>, &MeshSizes),
+        locator: &Locator<D>,
+        sizes: &MeshSizes,
         path: Option<PathResolution>,
     ) -> Self {
         let mesh = quadratic(solid);

@@ -64,7 +64,7 @@ impl Case {
 
     fn mpm<const D: usize>(&self) -> Result<Model, Vec<Diagnostic>> {
         let mut assembly = Construction::new(self);
-        let setup = assembly.setup::<D>();
+        let setup = assembly.mpm_setup::<D>();
         let Construction { mut findings, watched, .. } = assembly;
         if let Some(setup) = &setup {
             check::parts(self, setup, &mut findings);
@@ -158,7 +158,8 @@ impl Construction<'_> {
         self.findings.push(finding);
     }
 
-    fn setup<const D: usize>(&mut self) -> Option<Setup<D>> {
+    /// What the case asks of `mpm`; `None` if something is wrong.
+    fn mpm_setup<const D: usize>(&mut self) -> Option<Setup<D>> {
         let file = &self.case.file;
         let grid = self.grid::<D>(file.grid.as_ref()?);
         let bodies: Vec<_> = (0..file.body.len()).filter_map(|i| self.body(i)).collect();

@@ -108,5 +108,5 @@ pub(super) fn solid_summaries<const D: usize, const N: usize>(
     }
     let (locator, sizes) = (Locator::new(mesh), MeshSizes::new(mesh));
     let solids = setup.solid_setups().iter().zip(paths);
-    solids.map(|(solid, path)| SolidSummary::new(solid, mesh, (&locator, &sizes), *path)).collect()
+    solids.map(|(solid, path)| SolidSummary::new(solid, mesh, &locator, &sizes, *path)).collect()
 }

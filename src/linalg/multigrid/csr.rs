@@ -1,4 +1,4 @@
-//! Sparse matrices of single numbers, row by row, in single precision, for preconditioners.
+//! Sparse matrices of scalar entries, row by row, in single precision, for preconditioners.
 
 use rayon::prelude::*;
 

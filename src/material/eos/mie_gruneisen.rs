@@ -40,7 +40,7 @@ pub struct MieGruneisen {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tension {
-    /// No pressure at all below the reference density (Lian (66)).
+    /// No pressure at all below the reference density.
     None,
     /// Linear and heated by E, but never below minus the tensile strength.
     #[default]
@@ -66,7 +66,7 @@ impl EquationOfState for MieGruneisen {
         let squeezed = modulus * over * over;
         let stretched = eta < 0.0;
         let bears = if matches!(self.tension, Tension::None) { 0.0 } else { 1.0 };
-        // Both branches are computed and one is chosen, so that the loop over a batch vectorises.
+        // Lian (66). Both branches are computed and one is chosen, so that the loop over a batch vectorises.
         Coefficients {
             a: if stretched { bears * modulus * eta } else { squeezed * polynomial },
             b: if stretched { bears * gruneisen } else { gruneisen },

@@ -23,12 +23,12 @@ pub struct SurfacePatches {
 }
 
 /// Nodes that are added between those of the triangles.
-struct Nodes {
+struct PatchNodes {
     places: Vec<Vector<3>>,
     between: BTreeMap<[u32; 2], u32>,
 }
 
-impl Nodes {
+impl PatchNodes {
     fn add(&mut self, place: Vector<3>) -> u32 {
         self.places.push(place);
         self.places.len() as u32 - 1
@@ -67,7 +67,7 @@ impl SurfacePatches {
             ));
         }
         let places = surface.vertices.iter().map(|&x| Vector(x)).collect();
-        let (mut nodes, mut patches) = (Nodes { places, between: BTreeMap::new() }, Vec::new());
+        let (mut nodes, mut patches) = (PatchNodes { places, between: BTreeMap::new() }, Vec::new());
         for &[a, b, c] in &surface.triangles {
             let corners = [a, b, c].map(|node| nodes.places[node as usize]);
             let middle = nodes.add(corners.into_iter().sum::<Vector<3>>() / 3.0);

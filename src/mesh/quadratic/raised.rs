@@ -17,7 +17,7 @@ use crate::mesh::gmsh::{Cell, CellKind, GmshMesh};
 use hashbrown::HashMap;
 
 /// Weights of the corners that make a node, by nodes of the file, in parts of [`WHOLE`].
-type Place = Vec<(u32, u16)>;
+type NodeKey = Vec<(u32, u16)>;
 
 /// Sum of the weights of a node.
 const WHOLE: u16 = 96;
@@ -52,17 +52,17 @@ pub(super) fn raised(file: &GmshMesh<27>, cells: &[Cell<27>], dimension: usize) 
     if dimension == 3 && is_parted && !cells.iter().all(is_simplex) {
         return Err("hexahedra and tetrahedra in one solid don't fit together; mesh it with tetrahedra alone".into());
     }
-    let mut made = Nodes { file, known: HashMap::new(), nodes: Vec::new() };
+    let mut made = RaisedNodes { file, known: HashMap::new(), nodes: Vec::new() };
     let (mut elements, mut numbers) = (Vec::new(), Vec::new());
     for cell in cells {
         for piece in pieces(cell.kind, is_parted) {
-            elements.push(places(cell, &piece).into_iter().map(|place| made.node(cell, place)).collect());
+            elements.push(keys(cell, &piece).into_iter().map(|key| made.node(cell, key)).collect());
             numbers.push(cell.number);
         }
     }
     let members = |cell: &Cell<27>| -> Vec<u32> {
-        let all = pieces(cell.kind, is_parted).into_iter().flat_map(|piece| places(cell, &piece));
-        all.filter_map(|place| made.known.get(&place).copied()).collect()
+        let all = pieces(cell.kind, is_parted).into_iter().flat_map(|piece| keys(cell, &piece));
+        all.filter_map(|key| made.known.get(&key).copied()).collect()
     };
     let sets = file.node_sets_of(members);
     let mesh = QuadraticMesh { dimension, nodes: made.nodes, elements, sets };
@@ -70,19 +70,19 @@ pub(super) fn raised(file: &GmshMesh<27>, cells: &[Cell<27>], dimension: usize) 
 }
 
 /// Nodes made so far.
-struct Nodes<'a> {
+struct RaisedNodes<'a> {
     file: &'a GmshMesh<27>,
-    known: HashMap<Place, u32>,
+    known: HashMap<NodeKey, u32>,
     nodes: Vec<[f64; 3]>,
 }
 
-impl Nodes<'_> {
-    /// The node at a place of an element.
-    fn node(&mut self, cell: &Cell<27>, place: Place) -> u32 {
-        if let Some(&node) = self.known.get(&place) {
+impl RaisedNodes<'_> {
+    /// The node of an element with this key.
+    fn node(&mut self, cell: &Cell<27>, key: NodeKey) -> u32 {
+        if let Some(&node) = self.known.get(&key) {
             return node;
         }
-        let weight = |corner: u32| place.iter().find(|(node, _)| *node == corner).map_or(0, |&(_, weight)| weight);
+        let weight = |corner: u32| key.iter().find(|(node, _)| *node == corner).map_or(0, |&(_, weight)| weight);
         let own = &cell.nodes()[..corners(cell.kind)];
         let weights: Vec<f64> = own.iter().map(|&corner| f64::from(weight(corner)) / f64::from(WHOLE)).collect();
         let shape = shape(cell.kind, &weights);
@@ -92,7 +92,7 @@ impl Nodes<'_> {
         let position = [at(0), at(1), at(2)];
         let node = self.nodes.len() as u32;
         self.nodes.push(position);
-        self.known.insert(place, node);
+        self.known.insert(key, node);
         node
     }
 }
@@ -156,8 +156,8 @@ fn of_simplex(dimension: usize) -> Pieces {
     (0..=dimension).map(piece).collect()
 }
 
-/// The places of the 3ᴰ nodes of a piece, in the order of elements of second order.
-fn places(cell: &Cell<27>, piece: &[[u16; 8]]) -> Vec<Place> {
+/// The keys of the 3ᴰ nodes of a piece, in the order of elements of second order.
+fn keys(cell: &Cell<27>, piece: &[[u16; 8]]) -> Vec<NodeKey> {
     let dimension = piece.len().trailing_zeros() as usize;
     let count = corners(cell.kind);
     let part = (WHOLE / OF_VERTEX) >> dimension;
@@ -167,9 +167,9 @@ fn places(cell: &Cell<27>, piece: &[[u16; 8]]) -> Vec<Place> {
             |b: usize| (0..dimension).map(|k| if b >> k & 1 == 1 { along(k) } else { 2 - along(k) }).product::<u16>();
         let weight = |corner: usize| (0..piece.len()).map(|b| share(b) * piece[b][corner]).sum::<u16>() * part;
         let all = cell.nodes()[..count].iter().enumerate().map(|(corner, &node)| (node, weight(corner)));
-        let mut place: Place = all.filter(|(_, weight)| *weight > 0).collect();
-        place.sort_unstable();
-        place
+        let mut key: NodeKey = all.filter(|(_, weight)| *weight > 0).collect();
+        key.sort_unstable();
+        key
     };
     (0..3usize.pow(dimension as u32)).map(node).collect()
 }

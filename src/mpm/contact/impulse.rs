@@ -73,9 +73,9 @@ pub struct ContactTotals<const D: usize> {
 }
 
 impl<const D: usize> ContactTotals<D> {
-    /// Adds the impulses `j` on the body of one pair, with their `work` J·v̂ at the velocity of the middle partner [J],
-    /// the mean velocity `v` of the body [m/s], and the arm from the middle partner to the body [m]: lost is J·(v̂_r −
-    /// v̂_b) (theory (D.29)).
+    /// Adds a pair: its impulse `j` on the body; the `work` J·v̂_r of its normal and its tangential part at the
+    /// velocity of the middle partner [J]; the mean velocity `v` of the body, v̂_b [m/s]; the `arm` from the middle
+    /// partner to the body [m]. J·(v̂_r − v̂_b) is dissipated (theory (D.29)).
     pub fn add(&mut self, j: &Impulse<D>, work: [f64; 2], v: Vector<D>, arm: Vector<D>) {
         self.impulse += j.total();
         self.dissipated.normal += work[0] - j.normal.dot(v);
@@ -106,7 +106,7 @@ pub fn solve<const D: usize>(
     }
 }
 
-/// The normal velocity V that the middle partner and all bodies pressed against it share: Lian (54), theory (D.12).
+/// The normal velocity V that the middle partner and all bodies pressed against it share (theory (D.12)).
 fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches: &[Touch<D>]) -> f64 {
     let excess = |v: f64| {
         touches
@@ -122,6 +122,7 @@ fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches
             above = above.min(kink);
         }
     }
+    // Lian (54): those that touch move on together, with the momentum that they had.
     let (mut m, mut p) = (mass, mass * u);
     for touch in touches {
         let kink = touch.velocity.dot(normal);
@@ -133,7 +134,7 @@ fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches
     p / m
 }
 
-/// Friction, Lian (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick
+/// Friction: all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick
 /// again (theory D.6).
 fn add_friction<const D: usize>(
     mass: f64,
@@ -160,6 +161,7 @@ fn add_friction<const D: usize>(
             if *slides {
                 continue;
             }
+            // Lian (57), whose normal part is Lian (56); no more than Lian (58) allows.
             impulse.tangent = (p / m - tangential(touch.velocity)) * touch.mass;
             let (size, most) = (impulse.tangent.norm(), limit(touch.friction, impulse.normal.norm()));
             if size > most {

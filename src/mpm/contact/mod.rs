@@ -221,12 +221,13 @@ impl<const D: usize> Contacts<D> {
         sums
     }
 
-    /// Adds the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53).
+    /// Adds the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
         for (sheet, method) in self.sheets.iter_mut().zip(&self.methods) {
             method.finish(sheet, &mut self.shifts);
             sheet.rigid.record_held_shares();
         }
+        // Lian (53).
         self.partners.apply_to_grid(grid);
     }
 

@@ -24,8 +24,8 @@ use crate::parallel::{self, CHUNK};
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.
 const FORCE_CUTOFF: f64 = 1e-6;
 
-/// The same with APIC, whose particles take the slope of the motion of a node that they barely reach in full: a node of
-/// mass N m_p alone, with ω² = c²/(h² N) along one axis, is stable up to a Courant number of 2 √N, here ½.
+/// The same with APIC, whose particles take the slope of the motion of such a node in full. With this number as N, a
+/// node of mass N m_p alone has ω² = c²/(h² N) along one axis, and is stable up to a Courant number of 2 √N = ½.
 const FORCE_CUTOFF_AFFINE: f64 = 1.0 / 16.0;
 
 /// The same for smooth ones, whose f²/m stays bounded as m vanishes: just above the rounding of a node's mass. Below,

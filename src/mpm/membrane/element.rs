@@ -212,7 +212,7 @@ pub fn update<S: ElementShape<N>, const N: usize>(
     Updated { force: S::spread(-p, -r, -h), area, sums }
 }
 
-/// Resultants of the stress at a quadrature point, Lian (42–44).
+/// Resultants of the stress at a quadrature point.
 #[inline(always)]
 fn resist_at<S: ElementShape<N>, const N: usize>(
     motion: &MovingTangents,
@@ -230,6 +230,7 @@ fn resist_at<S: ElementShape<N>, const N: usize>(
         Some(reference) => total_form(&here, &metric, parameters, sheet, block, reference),
     };
     let [t11, t22, t12] = all.tension;
+    // Lian (42–44), along the tangents.
     Resisted { on: S::resultants(now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22, point), all }
 }
 
@@ -264,11 +265,12 @@ fn resist_hourglass<S: ElementShape<N>, const N: usize>(
     force
 }
 
-/// Half the change of the metric over the step, at mid-step: the covariant strain increment, Lian (40), theory (C.10).
+/// Half the change of the metric over the step, at mid-step: the covariant strain increment (theory (C.10)).
 #[inline(always)]
 fn strain_increment(MovingTangents { now, rate }: &MovingTangents, dt: f64) -> (Metric, [ElementLanes; 3]) {
     let (u1, u2) = (rate.g1 * dt, rate.g2 * dt);
     let (m1, m2) = (now.g1 - u1 * 0.5, now.g2 - u2 * 0.5);
+    // Lian (40), in covariant components.
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
 }
 
@@ -340,11 +342,12 @@ fn total_form(
     }
 }
 
-/// Bound of the element's greatest frequency (Lian (48); theory (C.33)): ω² = c² n μ, where
+/// Bound of the element's greatest frequency (theory (C.33)): ω² = c² n μ, where
 /// μ = ½ t + √(¼ t² − (1 − ν²) d) is the greatest eigenvalue of the strain modes, with the trace t and the
 /// determinant d of Σ_K ∇N_K ⊗ ∇N_K. For a square of side s it gives Δt = 2/ω = s / (c √(1 + ν)).
 #[inline(always)]
 pub fn bound<S: ElementShape<N>, const N: usize>(metric: &Metric, plane: f64) -> ElementLanes {
+    // In place of the characteristic length of Lian (48).
     let [trace, determinant] = S::gram(metric);
     let half = trace * 0.5;
     (half + (half * half - determinant * plane).max(0.0).sqrt()) * N as f64

@@ -28,10 +28,11 @@ impl BisectingFrame {
         Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
     }
 
-    /// Covariant components to the frame, Lian (41).
+    /// Covariant components to the frame.
     #[inline(always)]
     pub fn local(&self, [e11, e22, e12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
         let (e11, e22, e12) = (e11 * self.scale[0], e22 * self.scale[1], e12 * self.scale[2]);
+        // Lian (41).
         let cross = self.cs * e12 * 2.0;
         [self.cc * e11 + self.ss * e22 - cross, self.ss * e11 + self.cc * e22 - cross, e12 - self.cs * (e11 + e22)]
     }

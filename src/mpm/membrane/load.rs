@@ -6,10 +6,11 @@ use crate::mpm::SupportSetup;
 use crate::parallel;
 
 /// Area vector [m²] (2D: [m]) of an element: ½ r31 × r42 of a quadrilateral, ½ r21 × r31 of a triangle,
-/// r21 × e_z of a segment: Lian (34), theory (C.5).
+/// r21 × e_z of a segment (theory (C.5)).
 #[inline(always)]
 pub(super) fn area_vector<const D: usize>(nodes: &[u32], position: &[Vector<D>]) -> Vector<D> {
     let x = |k: usize| Vector::<3>(position[nodes[k] as usize].to3());
+    // Lian (34), with the area: 2 A n.
     let doubled = match nodes.len() {
         4 => (x(2) - x(0)).cross(x(3) - x(1)),
         3 => (x(1) - x(0)).cross(x(2) - x(0)),
@@ -73,7 +74,7 @@ impl<const D: usize> Pressure<D> {
         bad.map(|e| (e, self.local[e]))
     }
 
-    /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes: Lian (31), theory (C.28).
+    /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes (theory (C.28)).
     pub fn update(&mut self, t: f64, elements: &MembraneElements, position: &[Vector<D>]) {
         let Self { value, area, local, force, .. } = self;
         parallel::fill(local, 1024, |e| {
@@ -86,6 +87,7 @@ impl<const D: usize> Pressure<D> {
             let e = elements.element_of(*c);
             area[e] * local.get(e).copied().unwrap_or(everywhere)
         };
+        // Lian (31).
         parallel::fill(force, 1024, |k| elements.corners(k).iter().map(pushed).sum());
     }
 }

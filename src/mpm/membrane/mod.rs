@@ -132,9 +132,10 @@ impl<const D: usize> Membrane<D> {
         crate::parallel::sum(self.mass.len(), |k| self.mass[k])
     }
 
-    /// The largest stable step of the elements as they were at the last force evaluation [s] (Lian (48);
-    /// theory (C.34)). The caller applies its safety factor.
+    /// The largest stable step of the elements as they were at the last force evaluation [s]
+    /// (theory (C.34)). The caller applies its safety factor.
     pub fn stable_dt(&self) -> f64 {
+        // In place of Lian (48).
         let zeta = self.parameters.damping;
         2.0 / self.ledger.frequency2.sqrt() * ((1.0 + zeta * zeta).sqrt() - zeta)
     }

@@ -47,7 +47,7 @@ impl<const D: usize> Membrane<D> {
         Ok(())
     }
 
-    /// Trial velocities, Lian (46): v̄ = v^{n−½} + Δt f / m, prescribed components as at `t + ½ dt`.
+    /// Trial velocities, v̄ = v^{n−½} + Δt f / m, prescribed components as at `t + ½ dt`.
     pub fn advance_velocity(&mut self, t: f64, dt: f64) {
         self.momentum_dt = dt;
         self.touch_time += dt;
@@ -55,6 +55,7 @@ impl<const D: usize> Membrane<D> {
         let (mut velocity, drag, gravity) = (std::mem::take(&mut self.velocity), self.drag(), self.gravity_at(t));
         parallel::fill(&mut velocity, NODES, |k| {
             let force = self.element_force[k] + self.pressure.at(k);
+            // Lian (46).
             self.before[k] + (force * (1.0 / self.mass[k]) + (gravity.at(k) - self.before[k] * drag)) * dt
         });
         self.velocity = velocity;
@@ -62,7 +63,7 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// Corrects the velocities by contact forces on the nodes [N], Lian (59), prescribed components again.
+    /// Corrects the velocities by contact forces on the nodes [N], prescribed components again.
     /// Several calls in a step add up.
     pub fn apply_contact(&mut self, force: &[Vector<D>], t: f64, dt: f64) {
         let Self { velocity, contact_force, touch, mass, .. } = self;
@@ -71,6 +72,7 @@ impl<const D: usize> Membrane<D> {
         let columns = (&mut velocity[..], &mut contact_force[..], &mut touch[..], force, &mass[..]);
         parallel::for_each_chunk(columns, NODES, |_, (velocity, sum, touch, force, mass)| {
             for ((((v, sum), touch), &f), &m) in velocity.iter_mut().zip(sum).zip(touch).zip(force).zip(mass) {
+                // Lian (59).
                 *v += f * (dt / m);
                 *sum += f;
                 *touch += f * dt;
@@ -79,11 +81,12 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// Adds the work of this step to the ledger, then moves the nodes by `dt`, Lian (47).
+    /// Adds the work of this step to the ledger, then moves the nodes by `dt`.
     pub fn move_nodes(&mut self, t: f64, dt: f64) {
         self.book(t);
         self.ledger.displacement_dt = dt;
         let Self { position, velocity, .. } = self;
+        // Lian (47).
         parallel::for_each_pair_mut(position, velocity, |x, v| *x += *v * dt);
     }
 

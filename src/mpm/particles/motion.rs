@@ -33,7 +33,7 @@ use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::math::{Tensor, Vector};
 use crate::mpm::grid::Grid;
 use crate::mpm::grid::kernel::Kernel;
-use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, GatherFields, Reduce, Rows, View};
+use crate::mpm::transfer::{CHUNK_LEN, Chunk, ChunkColumn, GatherFields, Reduce, Rows, View};
 
 /// Sums over the particles of a body, and the findings of a step about them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -163,11 +163,11 @@ impl<R: PositionRates<D>, const D: usize> Task for Land<'_, '_, R, D> {
         let Landing { dt, domain: [lower, upper], held: [below, above] } = self.landing;
         let (lowest, highest) = (lower - below, upper + above);
         // Slices of one length: the loops are free of bounds checks, and without sums they become vectors.
-        let n = self.particles.len().min(CHUNK);
+        let n = self.particles.len().min(CHUNK_LEN);
         let (position, velocity) = (&mut self.particles.position[..n], &self.particles.velocity[..n]);
         let (mass, wave_speed) = (&self.particles.mass[..n], &self.particles.wave_speed[..n]);
         let (pressure, energy) = (&self.particles.pressure[..n], &self.particles.energy[..n]);
-        let [mut shift, mut lost, mut kinetic, mut internal, mut speed] = [[0.0; CHUNK]; 5];
+        let [mut shift, mut lost, mut kinetic, mut internal, mut speed] = [[0.0; CHUNK_LEN]; 5];
         for p in 0..n {
             let (mut outside, mut square) = (0.0, 0.0);
             for a in 0..D {
@@ -200,7 +200,7 @@ impl<R: PositionRates<D>, const D: usize> Task for Land<'_, '_, R, D> {
 
 /// Folds the numbers of a chunk: each lane first, then the lanes in order.
 #[inline(always)]
-fn fold<L: Lanes>(numbers: &[f64; CHUNK], lanes: impl Fn(L, L) -> L, one: impl Fn(f64, f64) -> f64) -> f64 {
+fn fold<L: Lanes>(numbers: &[f64; CHUNK_LEN], lanes: impl Fn(L, L) -> L, one: impl Fn(f64, f64) -> f64) -> f64 {
     let mut sum = L::splat(0.0);
     for row in numbers.as_chunks::<WIDTH>().0 {
         sum = lanes(L::load(row), sum);
@@ -307,7 +307,7 @@ impl<const D: usize> Task for Carry<'_, D> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { velocity, rows, dt, share } = self;
-        let n = velocity.len().min(CHUNK);
+        let n = velocity.len().min(CHUNK_LEN);
         if share == 1.0 {
             // Nothing of the old velocity remains; accelerations may not have been gathered.
             for (p, v) in velocity[..n].iter_mut().enumerate() {

@@ -56,7 +56,7 @@ const LARGEST_SHIFT_FACTOR: f64 = 0.1;
 const SHARE: f64 = 2e-3;
 const MOST_TAKEN: f64 = 1e-3;
 
-/// No nearer to a wall or an obstacle than this is a particle shifted [particle sizes].
+/// Least distance from a wall or an obstacle to which a particle may be shifted [particle sizes].
 const MARGIN: f64 = 0.25;
 
 /// Nodes with less free volume than this, as a share of that of a free node, say nothing about an excess.
@@ -80,7 +80,7 @@ pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
 pub(in crate::mpm) fn even_out<const D: usize>(
     steps: u64,
     dt: f64,
-    around: Surroundings<'_, D>,
+    surroundings: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
     contact: &mut Contacts<D>,
 ) -> Vec<f64> {
@@ -89,11 +89,11 @@ pub(in crate::mpm) fn even_out<const D: usize>(
         return Vec::new();
     }
     let mut works = Vec::new();
-    for field in 0..around.grid.fields.len() {
+    for field in 0..surroundings.grid.fields.len() {
         let liquids = bodies.iter().filter(|body| body.field == field && is_liquid(body));
         if let Some(kernel) = liquids.map(|body| body.kernel).next() {
-            let excess = find_excess(around, field, kernel, bodies, contact);
-            works.push(follow(around, field, bodies, &excess, dt * EVERY as f64));
+            let excess = find_excess(surroundings, field, kernel, bodies, contact);
+            works.push(apply_excess(surroundings, field, bodies, &excess, dt * EVERY as f64));
         }
     }
     works
@@ -101,13 +101,13 @@ pub(in crate::mpm) fn even_out<const D: usize>(
 
 /// c_I of a field, ghosts filled.
 fn find_excess<const D: usize>(
-    around: Surroundings<'_, D>,
+    surroundings: Surroundings<'_, D>,
     field: usize,
     kernel: Kernel,
     bodies: &mut [Body<D>],
     contact: &mut Contacts<D>,
 ) -> Vec<[f64; 1]> {
-    let Surroundings { grid, ghosts, executor, .. } = around;
+    let Surroundings { grid, ghosts, executor, .. } = surroundings;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
     for body in in_field(bodies, field) {
         let targets = Targets::Sums(&mut sums);
@@ -115,7 +115,7 @@ fn find_excess<const D: usize>(
     }
     ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
-    let free = free_volumes(around, field, kernel, &reached, bodies, contact);
+    let free = free_volumes(surroundings, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
     for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
         let filled =
@@ -123,20 +123,20 @@ fn find_excess<const D: usize>(
         close_voids(grid, contact.stencil(), body, filled);
     }
     let known = |node: usize| reached(node) && free[node] > LEAST_FREE_VOLUME;
-    let filling = |node: usize| if known(node) { sums[node][0] / (volume * free[node]) } else { 0.0 };
-    let own: Vec<f64> = parallel::collect(free.len(), CHUNK, filling);
-    // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
-    let around = |node: usize| {
-        let around = grid.neighbours(node).filter(|&other| known(other)).map(|other| (own[other] - 1.0).max(0.0));
-        let (sum, count) = around.fold((0.0, 0.0), |(sum, count), other| (sum + other, count + 1.0));
+    let filling_at = |node: usize| if known(node) { sums[node][0] / (volume * free[node]) } else { 0.0 };
+    let filling: Vec<f64> = parallel::collect(free.len(), CHUNK, filling_at);
+    // Nodes that say nothing, as those beyond a sheet, take the mean of their known neighbours.
+    let mean_of_neighbours = |node: usize| {
+        let excesses = grid.neighbours(node).filter(|&other| known(other)).map(|other| (filling[other] - 1.0).max(0.0));
+        let (sum, count) = excesses.fold((0.0, 0.0), |(sum, count), other| (sum + other, count + 1.0));
         if count > 0.0 { sum / count } else { 0.0 }
     };
-    let excess = |node: usize| match reached(node) {
-        true if known(node) => [(own[node] - 1.0).max(0.0)],
-        true => [around(node)],
+    let excess_at = |node: usize| match reached(node) {
+        true if known(node) => [(filling[node] - 1.0).max(0.0)],
+        true => [mean_of_neighbours(node)],
         false => [0.0],
     };
-    let mut excess: Vec<[f64; 1]> = parallel::collect(free.len(), CHUNK, excess);
+    let mut excess: Vec<[f64; 1]> = parallel::collect(free.len(), CHUNK, excess_at);
     ghosts.fill(&GhostShares::default(), &mut excess);
     excess
 }
@@ -152,14 +152,14 @@ fn free_volumes<const D: usize>(
     contact: &mut Contacts<D>,
 ) -> Vec<f64> {
     let rows = at_walls(grid, kernel);
-    let free = |node| {
+    let free_at = |node| {
         if !reached(node) {
             return 0.0;
         }
         let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
         of_node(grid, &rows, node).min(share_beside(beside))
     };
-    let mut free: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
+    let mut free: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free_at);
     contact.limit_free_volumes(grid, bodies, field, |node, distance| {
         free[node] = free[node].min(share_beside(distance / grid.cell));
     });
@@ -167,7 +167,7 @@ fn free_volumes<const D: usize>(
 }
 
 /// Sets the shifts of the liquids in a field [m], and takes from their volumes; returns the work of that [J].
-fn follow<const D: usize>(
+fn apply_excess<const D: usize>(
     Surroundings { grid, ghosts, .. }: Surroundings<'_, D>,
     field: usize,
     bodies: &mut [Body<D>],
@@ -179,6 +179,7 @@ fn follow<const D: usize>(
     let mut work = 0.0;
     for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
+        // The first component of a shift holds the pace from the first sweep to the second.
         set_pace(grid, body, &velocity, dt);
         work += set_shift(grid, body, excess);
     }
@@ -204,6 +205,7 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
     let square = grid.cell * grid.cell;
     let node = |n: usize, record: &mut NodeRecord| {
         put_scalar(record, excess[n][0]);
+        // The scalar as a vector along x, so that row 0 of the gradient is ∇c.
         put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
     };
     let (sweep, law, view) = body.sweep(grid);
@@ -220,7 +222,8 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
             particles.volume[p] -= share * volume;
             particles.energy[p] += done;
             work += done;
-            particles.shift[p] = Vector::from_fn(|b| rows.gradient[b][0][p]) * (-square * pace);
+            let slope = Vector::from_fn(|b| rows.gradient[b][0][p]);
+            particles.shift[p] = slope * (-square * pace);
         }
         work
     })
@@ -259,8 +262,8 @@ pub(in crate::mpm) fn displace<const D: usize>(
     let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
     let shifts = coupling.contact.restore(bodies, &positions).to_vec();
     for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
-        let lattice = coupling.contact.stencil();
-        work += shifts.iter().map(|s| work_over(grid, body, lattice, s.particle as usize, s.by)).sum::<f64>();
+        let stencil = coupling.contact.stencil();
+        work += shifts.iter().map(|s| work_over(grid, body, stencil, s.particle as usize, s.by)).sum::<f64>();
         body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n].by) / grid.cell;
     }
     work
@@ -295,28 +298,31 @@ fn keep_out<const D: usize>(
 /// them where pressure holds the neighbours: a drop that fell back into a pool was a hole in it, for good.
 fn close_voids<const D: usize>(
     grid: &Grid<D>,
-    lattice: &FoldedStencil<D>,
+    stencil: &FoldedStencil<D>,
     body: &mut Body<D>,
-    filled: impl Fn(usize) -> f64,
+    filled: impl Fn(usize) -> f64 + Sync,
 ) {
     let names = body.law.storage().history;
     let (stride, Some(column)) = (names.len(), names.iter().position(|name| *name == "void")) else { return };
-    let particles = &mut body.particles;
+    let particles = &body.particles;
     let volume = grid.cell.powi(D as i32);
-    for p in 0..particles.len() {
+    let closed = |p: usize| {
         let void = particles.history[p * stride + column];
         if void <= 0.0 {
-            continue;
+            return void;
         }
         let (mut others, mut own) = (0.0, 0.0);
-        lattice.for_each(grid, particles.position[p], |node, weight, _| {
+        stencil.for_each(grid, particles.position[p], |node, weight, _| {
             others += weight * filled(node);
             own += weight * weight * particles.volume[p] / volume;
         });
         // The particle itself is among what fills the nodes.
         let left = (1.0 - others).max(0.0) / own;
-        particles.history[p * stride + column] = void.min(left);
-    }
+        void.min(left)
+    };
+    let voids = parallel::collect(particles.len(), CHUNK, closed);
+    let entries = body.particles.history.iter_mut().skip(column).step_by(stride);
+    entries.zip(voids).for_each(|(entry, void)| *entry = void);
 }
 
 fn is_liquid<const D: usize>(body: &Body<D>) -> bool {
@@ -333,7 +339,7 @@ fn largest<const D: usize>(count: usize, shift: impl Fn(usize) -> Vector<D> + Sy
 fn work_over<const D: usize>(
     grid: &Grid<D>,
     body: &Body<D>,
-    lattice: &FoldedStencil<D>,
+    stencil: &FoldedStencil<D>,
     p: usize,
     by: Vector<D>,
 ) -> f64 {
@@ -341,10 +347,10 @@ fn work_over<const D: usize>(
         return 0.0;
     }
     let (field, mut sum, particles) = (&grid.fields[body.field], 0.0, &body.particles);
-    lattice.of_field(grid, body.field).for_each(grid, particles.position[p], |node, weight, flips| {
+    stencil.of_field(grid, body.field).for_each(grid, particles.position[p], |node, weight, mirrored| {
         let mass = field.nodes[node].mass;
         if mass > 0.0 && node < field.applied.len() {
-            sum += flip(field.applied[node], flips).dot(by) * (weight / mass);
+            sum += flip(field.applied[node], mirrored).dot(by) * (weight / mass);
         }
     });
     particles.mass[p] * sum
@@ -353,7 +359,7 @@ fn work_over<const D: usize>(
 /// v_I of a field.
 fn velocities<const D: usize>(field: &VelocityField<D>) -> Vec<Vector<D>> {
     let velocity = |node: &Node<D>| if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO };
-    field.nodes.iter().map(velocity).collect()
+    parallel::collect(field.nodes.len(), CHUNK, |n| velocity(&field.nodes[n]))
 }
 
 /// ‖½(L + Lᵀ)‖ [1/s].

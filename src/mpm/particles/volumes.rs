@@ -88,13 +88,11 @@ fn grid_pressure<const D: usize>(
     sums: &[[f64; 2]],
     full: impl Fn(usize) -> bool + Sync,
 ) -> Vec<f64> {
+    let positions = &body.particles.position;
+    let cell_of =
+        |p: usize| grid.find(std::array::from_fn(|a| ((positions[p][a] - grid.origin[a]) / grid.cell).floor() as i32));
     let mut occupied = vec![false; grid.node_count()];
-    for x in &body.particles.position {
-        let cell = std::array::from_fn(|a| ((x[a] - grid.origin[a]) / grid.cell).floor() as i32);
-        if let Some(node) = grid.find(cell) {
-            occupied[node] = true;
-        }
-    }
+    parallel::collect_some(positions.len(), TASK, cell_of).into_iter().for_each(|node| occupied[node] = true);
     let filled = |node: usize| {
         let ijk = grid.coordinates(node);
         let cell = |n: usize| std::array::from_fn(|a| ijk[a] - (n >> a & 1) as i32);
@@ -121,11 +119,11 @@ fn grid_pressure<const D: usize>(
 }
 
 /// Relaxes the volumes of a body's particles towards those at which they have the pressures at the nodes.
-fn relax_volumes<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pressure: &[f64], body: &mut Body<D>) {
+fn relax_volumes<const D: usize>(grid: &Grid<D>, stencil: &FoldedStencil<D>, pressure: &[f64], body: &mut Body<D>) {
     let (particles, ambient) = (&mut body.particles, body.ambient);
     let there = |x: Vector<D>| {
         let (mut sum, mut weights) = (0.0, 0.0);
-        lattice.for_each(grid, x, |node, weight, _| {
+        stencil.for_each(grid, x, |node, weight, _| {
             if pressure[node] > 0.0 {
                 sum += pressure[node] * weight;
                 weights += weight;
@@ -133,37 +131,62 @@ fn relax_volumes<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pre
         });
         if weights > 0.5 { sum / weights } else { 0.0 }
     };
-    let wanted: Vec<f64> = parallel::collect(particles.len(), TASK, |p| there(particles.position[p]));
-    for (p, wanted) in wanted.into_iter().enumerate() {
-        if wanted > 0.0 && particles.pressure[p] > 0.0 {
-            relax_volume(particles, p, wanted, ambient);
+    let relaxed = parallel::collect(particles.len(), TASK, |p| {
+        let wanted = there(particles.position[p]);
+        (wanted > 0.0 && particles.pressure[p] > 0.0).then(|| GasState::of(particles, p).relaxed(wanted, ambient))
+    });
+    for (p, relaxed) in relaxed.into_iter().enumerate() {
+        if let Some(relaxed) = relaxed {
+            relaxed.store(particles, p);
         }
     }
 }
 
-/// Relaxes the volume of particle `p` towards that at which its pressure is `wanted` [Pa], within the atmosphere
-/// `ambient` [Pa].
-fn relax_volume<const D: usize>(particles: &mut Particles<D>, p: usize, wanted: f64, ambient: f64) {
-    let (own, volume, energy) = (particles.pressure[p], particles.volume[p], particles.energy[p]);
-    // The energy p_a V of the atmosphere's part of the volume, over the internal energy.
-    let worth = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
-    let share = SHARE * (1.0 - ambient / wanted).abs().min(1.0);
-    // The energy changes the pressure, too; no more than half of it pays for volume.
-    let ratio = (own / wanted).powf(share / (1.0 + worth)).min(1.0 + 0.5 / worth);
-    let left = 1.0 - (ratio - 1.0) * worth;
-    let pressure = own * left / ratio;
-    particles.volume[p] = volume * ratio;
-    particles.energy[p] = energy * left;
-    particles.pressure[p] = pressure;
-    if let Some(stress) = particles.stress.get_mut(p) {
-        *stress += SymTensor::isotropic(own - pressure);
+/// Pressure [Pa], volume [m³] and internal energy [J] of a particle of gas.
+#[derive(Clone, Copy)]
+struct GasState {
+    pressure: f64,
+    volume: f64,
+    energy: f64,
+}
+
+impl GasState {
+    /// That of particle `p`.
+    fn of<const D: usize>(particles: &Particles<D>, p: usize) -> Self {
+        Self { pressure: particles.pressure[p], volume: particles.volume[p], energy: particles.energy[p] }
+    }
+
+    /// With the volume relaxed towards that at which the pressure is `wanted` [Pa], within the atmosphere `ambient`
+    /// [Pa].
+    fn relaxed(self, wanted: f64, ambient: f64) -> Self {
+        let Self { pressure: own, volume, energy } = self;
+        // w: the energy p_a V of the atmosphere's part of the volume, over the internal energy.
+        let ambient_share = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
+        let share = SHARE * (1.0 - ambient / wanted).abs().min(1.0);
+        // The energy changes the pressure, too; no more than half of it pays for volume.
+        let ratio = (own / wanted).powf(share / (1.0 + ambient_share)).min(1.0 + 0.5 / ambient_share);
+        let left = 1.0 - (ratio - 1.0) * ambient_share;
+        Self { pressure: own * left / ratio, volume: volume * ratio, energy: energy * left }
+    }
+
+    /// Makes it that of particle `p`, whose stress follows the pressure.
+    fn store<const D: usize>(self, particles: &mut Particles<D>, p: usize) {
+        let before = std::mem::replace(&mut particles.pressure[p], self.pressure);
+        (particles.volume[p], particles.energy[p]) = (self.volume, self.energy);
+        if let Some(stress) = particles.stress.get_mut(p) {
+            *stress += SymTensor::isotropic(before - self.pressure);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{SHARE, relax_volume};
+    use super::{GasState, SHARE};
     use crate::mpm::Particles;
+
+    fn relax_volume(particles: &mut Particles<2>, p: usize, wanted: f64, ambient: f64) {
+        GasState::of(particles, p).relaxed(wanted, ambient).store(particles, p);
+    }
 
     /// A particle of an ideal gas (γ = 1.4) of volume 2 at this pressure.
     fn particle(pressure: f64) -> Particles<2> {

@@ -88,13 +88,14 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls, Lian (64).
+    /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls.
     pub(super) fn advance_momentum(&mut self, field: usize, step: &LeapfrogStep) {
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, bodies, coupling, .. } = self;
         grid.with_field(field, |grid, own| {
             let VelocityField { nodes, applied, cutoffs, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
+            // Lian (64).
             TrialMomentum { gravity, dt, cutoffs: *cutoffs }.advance(grid, nodes, applied);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
             walls.measure(grid, field, &Bodies::of_field(bodies, field, &shielded));

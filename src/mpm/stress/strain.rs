@@ -3,7 +3,7 @@
 //! `mpm::transfer::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
-use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, Positions, Rows};
+use crate::mpm::transfer::{CHUNK_LEN, Chunk, ChunkColumn, Positions, Rows};
 
 /// Sets the volume ratios of a chunk: det(1 + Δt L), or 1/det(1 − Δt L) for gradients over the positions at the end.
 pub(in crate::mpm) fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, positions: Positions) {
@@ -22,7 +22,7 @@ impl<const D: usize> Task for VolumeRatios<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let n = self.volume_ratio.len().min(CHUNK);
+        let n = self.volume_ratio.len().min(CHUNK_LEN);
         let volume_ratio = &mut self.volume_ratio[..n];
         if self.positions == Positions::End {
             for (p, j) in volume_ratio.iter_mut().enumerate() {
@@ -66,7 +66,7 @@ impl<const D: usize> Task for ReferToStart<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for p in (0..self.count.min(CHUNK)).step_by(WIDTH) {
+        for p in (0..self.count.min(CHUNK_LEN)).step_by(WIDTH) {
             let l = self.rows.gradients::<L>(p);
             let mut back = l;
             for a in 0..D {
@@ -129,14 +129,14 @@ pub(in crate::mpm) fn blend_volume_ratio<const D: usize>(chunk: &mut Chunk<'_, D
 
 /// Blends volume ratios, as [`blend_volume_ratio`], and scales the gradients to fit.
 pub(in crate::mpm) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
-    let mut change: ChunkColumn = [0.0; CHUNK + WIDTH];
+    let mut change: ChunkColumn = [0.0; CHUNK_LEN + WIDTH];
     let columns = chunk.particles.volume_ratio.iter_mut().zip(&chunk.rows.scalar).zip(&mut change);
     for ((volume_ratio, mean), change) in columns {
         let more = blend * (mean - *volume_ratio);
         *change = more / *volume_ratio;
         *volume_ratio += more;
     }
-    let count = chunk.particles.len().min(CHUNK);
+    let count = chunk.particles.len().min(CHUNK_LEN);
     if change[..count].iter().all(|change| change.abs() <= NEARLY_ONE) {
         widest(Grow { change: &mut change, count, dimension: D });
     } else {

@@ -15,7 +15,7 @@
 use crate::material::PointLaw;
 use crate::math::Tensor;
 use crate::math::simd::{Lanes, Task, widest};
-use crate::mpm::transfer::{CHUNK, Chunk};
+use crate::mpm::transfer::{CHUNK_LEN, Chunk};
 
 /// True if a volume ratio is not positive or not finite.
 struct AnyUnsound<'a>(&'a [f64]);
@@ -43,7 +43,7 @@ pub(in crate::mpm) fn update_stress<const D: usize>(
         return false;
     }
     if law.needs_gradient() {
-        let mut gradient = [Tensor::ZERO; CHUNK];
+        let mut gradient = [Tensor::ZERO; CHUNK_LEN];
         let n = particles.len();
         gradient[..n].iter_mut().enumerate().for_each(|(p, l)| *l = chunk.rows.gradient(p).embed(0.0));
         particles.update_law(law, &gradient[..n], dt, cell);

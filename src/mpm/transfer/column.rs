@@ -3,10 +3,10 @@
 use crate::math::simd::Lanes;
 
 /// Particles per call of a visitor: their gathered values stay in the first-level cache.
-pub(crate) const CHUNK: usize = 128;
+pub(crate) const CHUNK_LEN: usize = 128;
 
 /// A number of each particle of a chunk. Eight are stored at a time, so the end may overrun.
-pub(crate) type ChunkColumn = [f64; CHUNK + 8];
+pub(crate) type ChunkColumn = [f64; CHUNK_LEN + 8];
 
 /// Eight numbers of a column.
 #[inline(always)]

@@ -2,7 +2,7 @@
 //! The same sums one particle at a time: [`super::plain`].
 
 use super::bins::Bin;
-use super::column::{CHUNK, put};
+use super::column::{CHUNK_LEN, put};
 use super::frame::TileFrame;
 use super::gather_kernel::{self, GatherSums, Gathered};
 use super::place::Places;
@@ -174,7 +174,7 @@ impl<const D: usize> NodeReader<D> {
         let Self { tile, places, rows } = self;
         let mut sum = A::default();
         while particles.len() > 0 {
-            let len = CHUNK.min(particles.len());
+            let len = CHUNK_LEN.min(particles.len());
             let (chunk, rest) = particles.split_at(len);
             particles = rest;
             places.locate(kernel, frame, chunk.position);

@@ -37,7 +37,7 @@ mod view;
 mod visit;
 
 pub(crate) use bins::Bins;
-pub(crate) use column::{CHUNK, ChunkColumn};
+pub(crate) use column::{CHUNK_LEN, ChunkColumn};
 pub(in crate::mpm) use executor::{Executor, Gathering, Nodal, Scattering, Targets, Visitor};
 pub(crate) use gather::{Chunk, GatherFields, Reduce};
 pub(in crate::mpm) use operations::{OperationParameters, Operations};

@@ -1,7 +1,7 @@
 //! The places of the particles of a chunk in their tile: found once for all that a visit does.
 
 use super::Kernel;
-use super::column::{CHUNK, ChunkColumn, get, put};
+use super::column::{CHUNK_LEN, ChunkColumn, get, put};
 use super::frame::{self, TileFrame};
 use super::group::LaneGroup;
 use super::tile::Extent;
@@ -23,7 +23,7 @@ pub(crate) struct Places<const D: usize> {
 
 impl<const D: usize> Default for Places<D> {
     fn default() -> Self {
-        Self { s: [[0.0; CHUNK + WIDTH]; D], first: [NOWHERE; CHUNK + WIDTH], len: 0 }
+        Self { s: [[0.0; CHUNK_LEN + WIDTH]; D], first: [NOWHERE; CHUNK_LEN + WIDTH], len: 0 }
     }
 }
 
@@ -85,7 +85,7 @@ impl<S: ShapeFunction<W>, const W: usize, const D: usize> Task for Locate<'_, S,
     #[inline(always)]
     fn run<L: Lanes>(self) -> Extent {
         let Self { places, shape, frame, positions } = self;
-        let n = positions.len().min(CHUNK);
+        let n = positions.len().min(CHUNK_LEN);
         let (mut lowest, mut highest) = ([L::splat(f64::INFINITY); D], [L::splat(0.0); D]);
         for p in (0..n).step_by(WIDTH) {
             let group = LaneGroup::new(p, n - p);

@@ -78,7 +78,7 @@ fn stencil<const D: usize, const S: usize>(
     Stencil::new(grid, shape, x).expect("blocks around every particle are active")
 }
 
-/// Mass and momentum of the particles, Lian (60, 61).
+/// Mass and momentum of the particles.
 pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
@@ -88,6 +88,7 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     let particles = &body.particles;
     for p in 0..particles.len() {
         let m = particles.mass[p];
+        // Lian (60), and then Lian (61).
         stencil(grid, shape, particles.position[p]).for_each(|i, n| nodes[i].mass += m * n);
         momentum_of(shape, grid, body, p, |i, momentum| nodes[i].momentum += momentum);
     }
@@ -137,8 +138,7 @@ fn momentum_of<const D: usize, const S: usize>(
     });
 }
 
-/// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces,
-/// Lian (17, 18).
+/// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces.
 pub(super) fn scatter_force<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
@@ -153,6 +153,7 @@ pub(super) fn scatter_force<const D: usize, const S: usize>(
         let f = work.external.get(p).copied().unwrap_or_default();
         stencil(grid, shape, particles.position[p]).for_each_gradient(|i, n, dn| {
             let internal = Vector::from_fn(|a| (0..D).map(|b| v_sigma[a][b] * dn[b]).sum());
+            // Lian (18) less Lian (17).
             nodes[i].force += f * n - internal;
         });
     }
@@ -194,7 +195,7 @@ pub(super) struct Sums<const D: usize> {
     pub velocity: Vector<D>,
     /// Σ N a [m/s²].
     pub acceleration: Vector<D>,
-    /// Σ v ⊗ ∇N [1/s], Lian (62, 63).
+    /// Σ v ⊗ ∇N [1/s].
     pub gradient: Tensor<D>,
     /// Σ N v ⊗ (x_I − x) [m²/s].
     pub moment: Tensor<D>,
@@ -221,6 +222,7 @@ pub(super) fn gather<const D: usize, const S: usize>(
         sums.scalar += scalar * n;
         sums.velocity += v * n;
         sums.acceleration += a * n;
+        // Lian (62, 63): its symmetric and its skew part.
         sums.gradient += Tensor::outer(v, dn);
     });
     stencil.for_each_offset(|i, n, dx| sums.moment += Tensor::outer(node(i).1, dx) * n);
@@ -337,11 +339,12 @@ fn land<const D: usize>(
     }
 }
 
-/// v_p and C_p of one particle, Lian (65).
+/// v_p and C_p of one particle.
 fn move_with<const D: usize>(operations: &Operations<'_, D>, sums: &Sums<D>, particle: &mut View<'_, D>) {
     let transport = operations.transport;
     let share = if particle.affine.is_empty() { transport.share } else { 1.0 };
     let v = particle.velocity[0];
+    // Lian (65).
     particle.velocity[0] = (v + sums.acceleration * transport.dt) * (1.0 - share) + sums.velocity * share;
     for c in particle.affine.iter_mut() {
         *c = transport.per_inertia.map_or(sums.gradient, |scale| sums.moment * scale);

@@ -1,6 +1,6 @@
 //! The sums over the nodes around a few consecutive particles, number by number.
 
-use super::column::{CHUNK, ChunkColumn, get, put};
+use super::column::{CHUNK_LEN, ChunkColumn, get, put};
 use crate::math::simd::Lanes;
 use crate::math::{Tensor, Vector};
 
@@ -21,7 +21,7 @@ pub(crate) struct Rows<const D: usize> {
 
 impl<const D: usize> Default for Rows<D> {
     fn default() -> Self {
-        let zero = [0.0; CHUNK + 8];
+        let zero = [0.0; CHUNK_LEN + 8];
         Self {
             scalar: zero,
             velocity: [zero; D],

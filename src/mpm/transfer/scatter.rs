@@ -1,7 +1,7 @@
 //! Particles to grid: mass and momentum, Lian (60, 61), internal and body force, Lian (17, 18), sums of scalars.
 //! The same sums one particle at a time: [`super::plain`].
 
-use super::column::CHUNK;
+use super::column::CHUNK_LEN;
 use super::frame::TileFrame;
 use super::group::LaneGroup;
 use super::place::Places;
@@ -145,8 +145,8 @@ impl<const D: usize> Sweep<'_, D> {
                 let bin = &self.bins.bins[b];
                 let frame = TileFrame::new(self, bin.block);
                 let mut extent = Extent::EMPTY;
-                for start in bin.range.clone().step_by(CHUNK) {
-                    let chunk = source.range(start..bin.range.end.min(start + CHUNK));
+                for start in bin.range.clone().step_by(CHUNK_LEN) {
+                    let chunk = source.range(start..bin.range.end.min(start + CHUNK_LEN));
                     extent = extent.union(&places.locate(self.kernel, frame, chunk.position));
                     T::collect(tile, self.kernel, frame, places, &chunk);
                 }

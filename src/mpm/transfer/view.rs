@@ -1,6 +1,6 @@
 //! Mutable columns of consecutive particles, which can be split between threads.
 
-use super::{CHUNK, Reduce, Sweep, mean_pressure};
+use super::{CHUNK_LEN, Reduce, Sweep, mean_pressure};
 use crate::material::{PointBatch, PointLaw};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::Grid;
@@ -149,7 +149,7 @@ impl<const D: usize> View<'_, D> {
 }
 
 /// Particles that one thread visits at least.
-const GRAIN: usize = 32 * CHUNK;
+const GRAIN: usize = 32 * CHUNK_LEN;
 
 impl<const D: usize> View<'_, D> {
     /// Visits all particles, a chunk at a time, in parallel; the sums are added in a fixed order.
@@ -162,7 +162,7 @@ impl<const D: usize> View<'_, D> {
         }
         let mut sum = A::default();
         while self.len() > 0 {
-            let len = CHUNK.min(self.len());
+            let len = CHUNK_LEN.min(self.len());
             let (mut chunk, rest) = self.split_at(len);
             sum = sum.plus(visit(&mut chunk));
             self = rest;

@@ -2,7 +2,7 @@
 //! that parts of them have nodes of their own.
 
 use super::gap::Bodies;
-use super::{NodeCondition, Pushes, Reaction, Walls};
+use super::{FieldReaction, NodeCondition, Pushes, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, LeapfrogStep, Node};
 use crate::parallel::{map_parts, parts_mut};
@@ -85,7 +85,7 @@ impl<const D: usize> Walls<D> {
             start
         });
         for change in changes {
-            self.reactions[field].start_change.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
+            self.field_reactions[field].start_change.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
         }
     }
 
@@ -104,7 +104,7 @@ impl<const D: usize> Walls<D> {
 
     /// The conditions at nodes among them; returns the largest change of a node's momentum [N s].
     fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &LeapfrogStep) -> f64 {
-        let mut reaction = std::mem::take(&mut self.reactions[field]);
+        let mut reaction = std::mem::take(&mut self.field_reactions[field]);
         let conditions = || self.ranges.iter().map(|part| part.conditions.clone());
         let (force, closed) =
             (parts_mut(&mut reaction.force, conditions()), parts_mut(&mut reaction.closed, conditions()));
@@ -133,7 +133,7 @@ impl<const D: usize> Walls<D> {
             reaction.start_change.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
             largest = largest.max(most);
         }
-        self.reactions[field] = reaction;
+        self.field_reactions[field] = reaction;
         largest
     }
 
@@ -181,7 +181,7 @@ impl<const D: usize> Walls<D> {
         t: f64,
     ) -> Pushes<D> {
         let at_surface = self.surface_velocity(field, velocity, t);
-        let Reaction { closed, force, .. } = &self.reactions[field];
+        let FieldReaction { closed, force, .. } = &self.field_reactions[field];
         let parts = self.for_each_range(velocity, |part, first, velocity| {
             let mut pushes = self.pushes();
             let own = part.conditions.clone().filter(|&k| closed[k]);

@@ -36,7 +36,7 @@ impl<const D: usize> Walls<D> {
     pub fn note_solids(&mut self, bodies: &[Body<D>]) {
         let own = |field: usize| bodies.iter().filter(move |body| body.field == field);
         self.solid_fields =
-            (0..self.reactions.len()).map(|field| own(field).all(|body| body.law.keeps_shape())).collect();
+            (0..self.field_reactions.len()).map(|field| own(field).all(|body| body.law.keeps_shape())).collect();
     }
 
     /// The rule for the ghosts beyond each side.

@@ -102,7 +102,7 @@ impl<'a, const D: usize> Bodies<'a, D> {
 impl<const D: usize> Walls<D> {
     /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
     pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &Bodies<'_, D>) {
-        let mut gaps = std::mem::take(&mut self.reactions[field].gap);
+        let mut gaps = std::mem::take(&mut self.field_reactions[field].gap);
         gaps.clear();
         gaps.resize(self.conditions.len(), f64::INFINITY);
         if self.gap_conditions.any() {
@@ -113,7 +113,7 @@ impl<const D: usize> Walls<D> {
                 }
             }
         }
-        self.reactions[field].gap = gaps;
+        self.field_reactions[field].gap = gaps;
     }
 
     /// Conditions near the particles of a body, and how far the particles are from their walls [m].

@@ -27,7 +27,7 @@ impl<const D: usize> Walls<D> {
     /// Records the contacts that hold at the end of a step.
     pub fn record_contacts(&mut self, grid: &Grid<D>) {
         self.record_particle_contacts();
-        for reaction in &mut self.reactions {
+        for reaction in &mut self.field_reactions {
             reaction.contacts_before.clear();
             let acts = |k: &usize| reaction.closed[*k] && reaction.force[*k] != Vector::ZERO;
             for NodeCondition { node, boundary, .. } in
@@ -46,7 +46,7 @@ impl<const D: usize> Walls<D> {
 
     /// Finds the conditions of the contacts that held in the step before.
     pub(super) fn find_lasting_contacts(&mut self, grid: &Grid<D>) {
-        for reaction in &mut self.reactions {
+        for reaction in &mut self.field_reactions {
             reaction.held.clear();
             reaction.held.resize(self.conditions.len(), false);
             for &[boundary, ref place @ ..] in &reaction.contacts_before {
@@ -65,7 +65,7 @@ impl<const D: usize> Walls<D> {
     /// start of a step that strain the particles.
     pub fn bind_lasting_velocities(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
         self.bind_lasting_velocity(field, velocity, t);
-        let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);
+        let held = self.conditions.iter().zip(&self.field_reactions[field].held).filter(|(_, held)| **held);
         for (&NodeCondition { node, boundary, normal }, _) in held {
             let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
             let v = &mut velocity[node as usize];
@@ -75,7 +75,7 @@ impl<const D: usize> Walls<D> {
 
     /// The contacts that hold, for checkpoints.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        for (field, reaction) in self.reactions.iter_mut().enumerate() {
+        for (field, reaction) in self.field_reactions.iter_mut().enumerate() {
             visit(&format!("mpm.contacts.{field}"), Column::growing(&mut reaction.contacts_before));
             visit(&format!("mpm.particle-contacts.{field}"), Column::growing(&mut reaction.particle_contacts_before));
         }

@@ -40,7 +40,7 @@ use conditions::NodeCondition;
 use constrain::ConditionRange;
 pub(in crate::mpm) use gap::Bodies;
 pub use pushes::Pushes;
-use reaction::Reaction;
+use reaction::FieldReaction;
 pub use reaction::WallWork;
 pub use solid::{RigidBoundary, SheetPush};
 
@@ -80,7 +80,8 @@ pub struct Walls<const D: usize> {
     solid_fields: Vec<bool>,
     /// Shape functions of the bodies.
     stencil: FoldedStencil<D>,
-    reactions: Vec<Reaction<D>>,
+    /// What acts on each velocity field during a step.
+    field_reactions: Vec<FieldReaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,
 }
@@ -108,7 +109,7 @@ impl<const D: usize> Walls<D> {
         }
         let force = vec![Vector::ZERO; boundaries.len()];
         let displacement = vec![Vector::ZERO; regions.len()];
-        let reactions = vec![Reaction::default(); fields];
+        let field_reactions = vec![FieldReaction::default(); fields];
         let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a]) * grid.cell);
         Self {
             boundaries,
@@ -123,7 +124,7 @@ impl<const D: usize> Walls<D> {
             near: Vec::new(),
             solid_fields: Vec::new(),
             stencil,
-            reactions,
+            field_reactions,
             force,
         }
     }

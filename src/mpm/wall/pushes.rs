@@ -52,7 +52,7 @@ impl<const D: usize> Walls<D> {
     /// Impulses of mirrors on the particles of a field that take the velocities `w` [m/s], ghosts filled.
     pub fn reflect(&self, field: usize, w: &[Vector<D>]) -> Pushes<D> {
         let mut pushes = self.pushes();
-        for &(side, ghost, mass) in &self.reactions[field].ghosts {
+        for &(side, ghost, mass) in &self.field_reactions[field].ghosts {
             let (side, axis) = (side as usize, side as usize / 2);
             pushes.impulse[side] += Vector::unit(axis) * (2.0 * mass * w[ghost as usize][axis]);
         }

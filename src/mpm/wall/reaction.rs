@@ -9,7 +9,7 @@ use crate::parallel;
 
 /// Forces and impulses of the walls on one velocity field during a step.
 #[derive(Debug, Clone, Default)]
-pub struct Reaction<const D: usize> {
+pub struct FieldReaction<const D: usize> {
     /// Force of each condition [N].
     pub force: Vec<Vector<D>>,
     /// Gap at the node of each condition [m], and whether it closes in this step.
@@ -48,7 +48,7 @@ struct ReactionSums<const D: usize> {
 }
 
 /// Force of a boundary on the material at one place during a step.
-struct BoundaryForce<const D: usize> {
+struct ForceAtPlace<const D: usize> {
     boundary: u32,
     /// Place [m].
     x: Vector<D>,
@@ -60,8 +60,8 @@ struct BoundaryForce<const D: usize> {
 
 impl<const D: usize> ReactionSums<D> {
     /// Adds impulse and work of a force during a step.
-    fn add(&mut self, walls: &Walls<D>, at: BoundaryForce<D>, step: &LeapfrogStep) {
-        let BoundaryForce { boundary, x, force, velocity } = at;
+    fn add(&mut self, walls: &Walls<D>, at: ForceAtPlace<D>, step: &LeapfrogStep) {
+        let ForceAtPlace { boundary, x, force, velocity } = at;
         let (boundary, dt) = (boundary as usize, step.momentum_dt);
         let wall = |t: f64| walls.velocity(boundary, x, t);
         self.impulse[boundary] += force * dt;
@@ -80,7 +80,7 @@ impl<const D: usize> Walls<D> {
     pub fn start_step(&mut self, grid: &Grid<D>) {
         self.find_lasting_contacts(grid);
         self.force.fill(Vector::ZERO);
-        for reaction in &mut self.reactions {
+        for reaction in &mut self.field_reactions {
             let zero = |column: &mut Vec<Vector<D>>, len: usize| {
                 column.clear();
                 column.resize(len, Vector::ZERO);
@@ -97,7 +97,7 @@ impl<const D: usize> Walls<D> {
 
     /// Folds the ghosts of a field's nodes into the domain, and records the momentum and force that mirrors reflect.
     pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostShares, field: usize, nodes: &mut [Node<D>]) {
-        let reaction = &mut self.reactions[field];
+        let reaction = &mut self.field_reactions[field];
         ghosts.fold(limits, nodes, |side, node, ghost| {
             let axis = Vector::unit(side / 2);
             reaction.mirrored[side] -= axis * (2.0 * ghost.force[side / 2]);
@@ -119,7 +119,7 @@ impl<const D: usize> Walls<D> {
         share: f64,
     ) -> WallWork<D> {
         let dt = step.momentum_dt;
-        let reaction = &self.reactions[field];
+        let reaction = &self.field_reactions[field];
         let ReactionSums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
         for (boundary, &start) in reaction.start_change.iter().enumerate() {
             impulse[boundary] += start * share;
@@ -148,20 +148,20 @@ impl<const D: usize> Walls<D> {
         step: &LeapfrogStep,
     ) -> ReactionSums<D> {
         let none = || ReactionSums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
-        let force = &self.reactions[field].force;
+        let force = &self.field_reactions[field].force;
         let mean = |node: usize| nodes[node].midstep_velocity(step.momentum_dt);
         let sum = |range: std::ops::Range<usize>| {
             let mut sums = none();
             for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {
                 let (node, boundary) = (condition.node as usize, condition.boundary);
-                sums.add(self, BoundaryForce { boundary, x: grid.position(node), force, velocity: mean(node) }, step);
+                sums.add(self, ForceAtPlace { boundary, x: grid.position(node), force, velocity: mean(node) }, step);
             }
             sums
         };
         let mut sums = parallel::reduce(self.conditions.len(), sum, ReactionSums::plus).unwrap_or_else(none);
-        for (point, velocity) in self.reactions[field].surface.velocities(mean) {
+        for (point, velocity) in self.field_reactions[field].surface.velocities(mean) {
             let SurfacePoint { boundary, place, force, .. } = *point;
-            sums.add(self, BoundaryForce { boundary, x: place, force, velocity }, step);
+            sums.add(self, ForceAtPlace { boundary, x: place, force, velocity }, step);
         }
         sums
     }

@@ -5,7 +5,8 @@ use super::{ProbeSpec, Reduction, Within, selected};
 use crate::output::set::{Set, SetQuantity, Start};
 use crate::simulation::PointSet;
 
-/// The reduced values: as many as the probe has columns. Means and sums of a body that fills a region are over that.
+/// The reduced values: as many as the probe has columns. Means and sums of a body that fills a region are integrals
+/// over that region.
 pub(super) fn reduce(spec: &ProbeSpec, set: Set<'_>, quantity: &SetQuantity<'_>, dimension: usize) -> Vec<f64> {
     if let Set::Points(PointSet { filled: Some(filled), .. }) = set
         && integrates(spec)

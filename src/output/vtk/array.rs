@@ -17,7 +17,7 @@ const LEVEL: u32 = 3;
 /// Precision of files for viewing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Precision {
+pub enum FieldPrecision {
     /// 7 digits, half the space.
     #[default]
     Single,
@@ -28,7 +28,7 @@ pub enum Precision {
 /// The numbers of an array, converted to bytes block by block.
 pub(super) enum ArrayValues<'a> {
     /// Real numbers, stored or computed when they are written.
-    Real(Box<dyn Fn() -> Cow<'a, [f64]> + 'a>, Precision),
+    Real(Box<dyn Fn() -> Cow<'a, [f64]> + 'a>, FieldPrecision),
     /// Time: always in full.
     Time(f64),
     /// Identities.
@@ -48,12 +48,12 @@ pub(super) struct DataArray<'a> {
 }
 
 impl<'a> DataArray<'a> {
-    pub fn field(field: &'a Field<'a>, unit: &'a str, precision: Precision) -> Self {
+    pub fn field(field: &'a Field<'a>, unit: &'a str, precision: FieldPrecision) -> Self {
         let numbers = ArrayValues::Real(Box::new(|| field.values()), precision);
         Self { name: field.name, unit, components: field.components, numbers }
     }
 
-    pub fn points(position: &'a [[f64; 3]], unit: &'a str, precision: Precision) -> Self {
+    pub fn points(position: &'a [[f64; 3]], unit: &'a str, precision: FieldPrecision) -> Self {
         let numbers = ArrayValues::Real(Box::new(|| Cow::Borrowed(position.as_flattened())), precision);
         Self { name: "position", unit, components: 3, numbers }
     }
@@ -64,8 +64,8 @@ impl<'a> DataArray<'a> {
 
     fn vtk_type(&self) -> &'static str {
         match self.numbers {
-            ArrayValues::Real(_, Precision::Single) => "Float32",
-            ArrayValues::Real(_, Precision::Double) | ArrayValues::Time(_) => "Float64",
+            ArrayValues::Real(_, FieldPrecision::Single) => "Float32",
+            ArrayValues::Real(_, FieldPrecision::Double) | ArrayValues::Time(_) => "Float64",
             ArrayValues::U32(_) => "UInt32",
             ArrayValues::I64(_) => "Int64",
             ArrayValues::U8(_) => "UInt8",
@@ -100,10 +100,10 @@ impl<'a> DataArray<'a> {
     /// Appends the numbers in compressed blocks.
     pub fn append(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         match &self.numbers {
-            ArrayValues::Real(values, Precision::Single) => {
+            ArrayValues::Real(values, FieldPrecision::Single) => {
                 append_blocks(out, &values(), |&value, bytes| bytes.extend((value as f32).to_le_bytes()))
             }
-            ArrayValues::Real(values, Precision::Double) => {
+            ArrayValues::Real(values, FieldPrecision::Double) => {
                 append_blocks(out, &values(), |&value, bytes| bytes.extend(value.to_le_bytes()))
             }
             ArrayValues::Time(time) => append_blocks(out, &[*time], |&value, bytes| bytes.extend(value.to_le_bytes())),

@@ -1,6 +1,6 @@
 //! Whole files: particles and surfaces of solids as `.vtp`, membranes and meshes as `.vtu`.
 
-use super::array::{ArrayValues, DataArray, Precision};
+use super::array::{ArrayValues, DataArray, FieldPrecision};
 use crate::error::Result;
 use crate::output::{UnitLabels, atomic};
 use crate::simulation::{Elements, PointSet, SurfaceSet};
@@ -17,7 +17,13 @@ struct Section<'a> {
 ///
 /// # Errors
 /// Input/output errors; an older file at `path` is still there then.
-pub fn write_points(path: &Path, set: &PointSet<'_>, time: f64, precision: Precision, units: UnitLabels) -> Result<()> {
+pub fn write_points(
+    path: &Path,
+    set: &PointSet<'_>,
+    time: f64,
+    precision: FieldPrecision,
+    units: UnitLabels,
+) -> Result<()> {
     let count = set.position.len();
     let mut fields = vec![DataArray::plain("id", ArrayValues::U32(&set.id))];
     fields.extend(set.fields.iter().map(|field| DataArray::field(field, units.unit(field.unit), precision)));
@@ -42,7 +48,7 @@ pub fn write_surface(
     path: &Path,
     set: &SurfaceSet<'_>,
     time: f64,
-    precision: Precision,
+    precision: FieldPrecision,
     units: UnitLabels,
 ) -> Result<()> {
     let node_fields = set.node_fields.iter().map(|field| DataArray::field(field, units.unit(field.unit), precision));
@@ -68,7 +74,7 @@ pub fn write_outline(
     path: &Path,
     set: &SurfaceSet<'_>,
     time: f64,
-    precision: Precision,
+    precision: FieldPrecision,
     units: UnitLabels,
 ) -> Result<()> {
     let fields = set.node_fields.iter().map(|field| DataArray::field(field, units.unit(field.unit), precision));
@@ -88,7 +94,7 @@ pub fn write_outline(
     atomic::write(path, |out| write_file(out, "PolyData", &piece, &sections, time))
 }
 
-fn points_section<'a>(position: &'a [[f64; 3]], precision: Precision, units: UnitLabels) -> Section<'a> {
+fn points_section<'a>(position: &'a [[f64; 3]], precision: FieldPrecision, units: UnitLabels) -> Section<'a> {
     Section { tag: "Points", arrays: vec![DataArray::points(position, units.unit("m"), precision)] }
 }
 

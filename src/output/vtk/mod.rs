@@ -10,7 +10,7 @@ mod data_set;
 mod read;
 mod series;
 
-pub use array::Precision;
+pub use array::FieldPrecision;
 pub use data_set::{write_outline, write_points, write_surface};
 pub use read::read_array;
 pub use series::FileSeries;

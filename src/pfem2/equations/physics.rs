@@ -5,7 +5,7 @@ use crate::math::{Signal, Vector};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::setup::FluidSetup;
 
-/// Numbers that stay the same during a run.
+/// What stays the same during a run: fluids, tensions, the formula of gravity, and choices.
 #[derive(Debug, Clone)]
 pub struct Physics<const D: usize> {
     /// The fluids.

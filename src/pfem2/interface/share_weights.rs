@@ -37,14 +37,14 @@ pub fn keep_volumes<const D: usize, const N: usize>(
     fraction: &mut [Vec<f64>],
     wanted: &[f64],
 ) -> f64 {
-    let scale = WeighedShares::new(*region, list, fraction, wanted);
+    let shares = WeighedShares::new(*region, list, fraction, wanted);
     let mut log = vec![0.0; wanted.len()];
-    let mut missing = scale.missing(&log);
+    let mut missing = shares.missing(&log);
     for _ in 0..STEPS {
-        let Some((nearer, rest)) = scale.nearer(&log, &missing) else { break };
+        let Some((nearer, rest)) = shares.nearer(&log, &missing) else { break };
         (log, missing) = (nearer, rest);
     }
-    let weighed = scale.weighed(&log);
+    let weighed = shares.weighed(&log);
     fraction.iter_mut().zip(weighed).for_each(|(own, weighed)| *own = weighed);
     let largest = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (largest - log.iter().copied().fold(f64::INFINITY, f64::min)).exp()
@@ -102,7 +102,8 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
         self.free.iter().map(|&k| self.wanted[k] - volumes[k]).collect()
     }
 
-    /// Weights with which less is missing, and what that is; none if nothing is, or a Newton step leads to no such.
+    /// Weights with which less is missing, and what that is; `None` if nothing is missing, or if no halving of the
+    /// Newton step helps.
     fn nearer(&self, log: &[f64], missing: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let exact = 8.0 * f64::EPSILON * self.region.mesh.volume();
         if missing.iter().all(|missing| missing.abs() <= exact) {

@@ -12,7 +12,7 @@ use crate::pfem2::setup::VolumeCorrection;
 /// Most shifts of the level set in a step; more than two are rare.
 const SHIFTS: usize = 8;
 
-/// A part of the volume at the start that may be missing without a word.
+/// Missing volume, over that at the start, from which a notice is given.
 const MISSED: f64 = 1e-6;
 
 impl<const D: usize> InterfaceTracking<D> {

@@ -102,9 +102,9 @@ impl<const N: usize> SplitPressure<N> {
         std::array::from_fn(|k| if self.solid[k] == solid { nodal[k] } else { self.recovered[k] })
     }
 
-    /// Finds p* after a step `dt` [s] from the divergence of its velocity [1/s]: the second row of Becker (30).
+    /// Finds p* after a step `dt` [s] from the divergence of its velocity [1/s].
     pub fn recover(&mut self, dt: f64, divergence: f64) {
-        // Theory (K.12).
+        // The second row of Becker (30), theory (K.12).
         self.recovered = self.estimate.map(|estimate| estimate - dt * self.bulk * divergence);
     }
 }

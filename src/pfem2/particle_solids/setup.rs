@@ -24,7 +24,7 @@ pub struct HeldMeshNodes<const D: usize> {
     pub velocity: [Option<Signal>; D],
 }
 
-/// A hypoelastic law, split as Becker (14) does: σ'^∇ = 2μ d', ṗ = −κ tr d (theory (K.1)).
+/// A hypoelastic law, split in deviator and pressure: σ'^∇ = 2μ d', ṗ = −κ tr d (theory (K.1)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateLaw {
     /// Density ρ [kg/m³].
@@ -43,6 +43,7 @@ impl RateLaw {
     /// In plane stress λ* = 2λμ/(λ + 2μ) takes the place of λ: σ' − p 1 in the plane is then its stress, and p no
     /// longer the mean pressure (theory K.1).
     pub fn new(density: f64, Moduli { bulk, shear }: Moduli, plane: Plane) -> Self {
+        // κ of Becker (14).
         let lame = bulk - 2.0 / 3.0 * shear;
         let bulk = match plane {
             Plane::Strain => bulk,

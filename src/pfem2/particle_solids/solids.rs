@@ -70,6 +70,17 @@ struct Mixture {
     density: f64,
 }
 
+/// What fills an element that holds solid.
+struct SolidFilling<const D: usize, const N: usize> {
+    /// Number of the solid.
+    solid: usize,
+    part: SolidPart<D, N>,
+    /// Pressures of the two sides, if the element is cut.
+    split: Option<SplitPressure<N>>,
+    /// τ V_f of the fluid in it [m³ s].
+    diffused: f64,
+}
+
 /// The fluid as the equations of an element with solid need it.
 pub struct SurroundingFluid<'a, const D: usize, const N: usize> {
     /// The mesh.
@@ -179,8 +190,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             rate: integrals.rate,
             acceleration: nodes.map(|i| if is_solid { self.nodal.acceleration[i] } else { Vector::ZERO }),
         };
-        let made = self.assembled(around, (e, solid), &integrals, (part, None), tau * of_fluid * volume);
-        (made, content)
+        let filling = SolidFilling { solid, part, split: None, diffused: tau * of_fluid * volume };
+        (self.assembled(around, e, &integrals, filling), content)
     }
 
     /// Filling of an element that isn't cut, by its particles; without any, its solid.
@@ -250,18 +261,19 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             rate,
             acceleration: [Vector::ZERO; N],
         };
-        (self.assembled(around, (e, solid), &integrals, (part, Some(split)), 0.0), content)
+        let filling = SolidFilling { solid, part, split: Some(split), diffused: 0.0 };
+        (self.assembled(around, e, &integrals, filling), content)
     }
 
-    /// Matrix and right-hand side of an element from its integrals; `diffused` is τ V_f [m³ s].
+    /// Matrix and right-hand side of an element from its integrals and what fills it.
     fn assembled(
         &self,
         around: &SurroundingFluid<'_, D, N>,
-        (e, solid): (usize, usize),
+        e: usize,
         integrals: &ElementIntegrals<N>,
-        (part, split): (SolidPart<D, N>, Option<SplitPressure<N>>),
-        diffused: f64,
+        filling: SolidFilling<D, N>,
     ) -> SolidElement<D, N> {
+        let SolidFilling { solid, part, split, diffused } = filling;
         let g = &around.mesh.simplex(e).gradient;
         let drive = (around.drive)(e);
         let ghosts =

@@ -20,9 +20,10 @@ use crate::pfem2::particles::tracking::ParticleTracking;
 const LEAST_VOLUME_RATIO: f64 = 0.1;
 
 impl<const D: usize> ParticleTracking<D> {
-    /// Turns the stresses of particles of solids with the spin of vⁿ, before they move: Becker (16), theory (K.3).
+    /// Turns the stresses of particles of solids with the spin of vⁿ, before they move (theory (K.3)).
     pub fn rotate_stresses<const N: usize>(&mut self, step: ThetaStep, system: &VelocityPressureSystem<D, N>) {
         let Some(solids) = &system.particle_solids else { return };
+        // Becker (16).
         solids.rotate(&mut self.columns, &system.mesh, &system.velocity, step.dt);
     }
 
@@ -32,8 +33,8 @@ impl<const D: usize> ParticleTracking<D> {
         columns::admit(&mut self.columns, &system.mesh, solids.first);
     }
 
-    /// Gives the particles of solids their increments of stress and pressure, and keeps their accelerations:
-    /// Becker (15), theory (K.2), (K.6), (K.7).
+    /// Gives the particles of solids their increments of stress and pressure, and keeps their accelerations (theory
+    /// (K.2), (K.6), (K.7)).
     ///
     /// # Errors
     /// An element of a solid loses most of its volume in the step.
@@ -48,6 +49,7 @@ impl<const D: usize> ParticleTracking<D> {
         system.check_particle_solids(step)?;
         let mesh = &system.mesh;
         let solved = SolvedFlow { dt: step.dt, velocity: &system.velocity, pressure: &system.pressure };
+        // Becker (15).
         solids.update(&mut self.columns, mesh, &solved);
         let mut gained = averaged.increments(&system.velocity, interface.list.count());
         let projectiles = self.rules.is_projectile.iter().zip(&mut gained).filter(|(is_projectile, _)| **is_projectile);

@@ -2,7 +2,7 @@
 
 use super::Particles;
 use super::convect::{ConvectionCounts, Projectiles};
-use super::correct::{self, Correction};
+use super::correct::{self, Correction, Flying};
 use super::project::AveragingKernel;
 use super::reseed::{self, ParticleCounts, Reseeded};
 use crate::math::Vector;
@@ -42,6 +42,16 @@ impl ParticleRules {
     /// True if some fluid follows its side of the interface.
     pub fn has_projectiles(&self) -> bool {
         self.is_projectile.contains(&true)
+    }
+
+    /// The rule for these fluids, if there are some.
+    pub fn projectiles<'a, const D: usize, const N: usize>(
+        &'a self,
+        system: &'a VelocityPressureSystem<D, N>,
+        interface: &'a InterfaceTracking<D>,
+    ) -> Option<Projectiles<'a, D>> {
+        let rule = Projectiles { fluids: &self.is_projectile, level: &interface.level, body_force: &system.force };
+        self.has_projectiles().then_some(rule)
     }
 }
 
@@ -157,10 +167,9 @@ impl<const D: usize> ParticleTracking<D> {
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
     ) {
-        let gravity = system.force[0];
         let (heavy, light) = extremes(interface.list.density());
-        let rule = Projectiles { fluids: &self.rules.is_projectile, level: &interface.level, gravity };
-        let projectiles = self.rules.has_projectiles().then_some((rule, gravity * (dt * (1.0 - light / heavy))));
+        let falling = dt * (1.0 - light / heavy);
+        let projectiles = self.rules.projectiles(system, interface).map(|rule| Flying { rule, falling });
         let correction = Correction { increment, velocity: &system.velocity, filter, projectiles };
         self.columns.correct(&system.mesh, &correction);
     }

@@ -7,7 +7,7 @@
 //! new particles, and aⁿ⁻¹ at the nodes: the state at the foot of the streamline that ends there
 //! ```
 
-use super::convect::{Flow, MeshPoint, Projectiles, Rates, Streamlines, Walk};
+use super::convect::{Flow, MeshPoint, Rates, Streamlines, Walk};
 use super::interpolate_nodal;
 use super::reseed::{NewParticle, ParticleSource};
 use super::tracking::ParticleTracking;
@@ -48,9 +48,7 @@ impl<const D: usize> ParticleTracking<D> {
         let (velocity, increment) =
             (history.convecting_velocity(step, &system.velocity), history.explicit_increment(step));
         let start = system.velocity.iter().zip(&increment).map(|(v, increment)| *v + *increment).collect();
-        let gravity = system.force[0];
-        let rule = Projectiles { fluids: &self.rules.is_projectile, level: &interface.level, gravity };
-        let projectiles = self.rules.has_projectiles().then_some(rule);
+        let projectiles = self.rules.projectiles(system, interface);
         let (mesh, boundary) = (&system.mesh, &system.boundary.kinds[..]);
         let lines = Streamlines::new(mesh, &Flow { velocity: &velocity, boundary, projectiles });
         let inflow_depth = interface.inflow_depth(mesh, &velocity, &mut self.columns);

@@ -1,8 +1,8 @@
 //! Notices for the user during a run: a fluid that is gone or going, an interface that came to an inlet, a
 //! volume that could not be kept, energy that nothing gave.
 //!
-//! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
-//! unless the case names one; what a fluid without particles leaves behind is filled by the others.
+//! None of them stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the
+//! start, unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
 use crate::parallel;
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
@@ -15,13 +15,13 @@ use std::collections::BTreeSet;
 /// Part of its volume below which a fluid in a closed box is going.
 const LEAST_VOLUME_LEFT: f64 = 0.9;
 
-/// Part of the volume of several fluids that may be missing without a word.
+/// Relative change of the volume of one of several fluids from which a notice is given.
 const CHANGED: f64 = 1e-3;
 
 /// Part of the volume of solids that the mesh may show too little, or too much.
 const SOLID_VOLUME: f64 = 0.1;
 
-/// Force off balance of quasi-static solids, over the largest, without a word.
+/// Imbalance of quasi-static solids, over the largest of their forces, from which a notice is given.
 const BALANCED: f64 = 1e-3;
 
 /// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at
@@ -31,10 +31,10 @@ const LASTING: u32 = 5;
 /// Notices of a run, each kind given once.
 #[derive(Debug, Clone, Default)]
 pub(in crate::pfem2) struct Notices {
-    /// Inlets by their place among the sets, with the fluids that were there.
-    met: BTreeSet<(usize, usize)>,
-    /// Fluids that have been there.
-    been: BTreeSet<usize>,
+    /// Inlets, by their index among the sets, with each fluid that was there.
+    fluids_at_inlets: BTreeSet<(usize, usize)>,
+    /// Fluids that have had particles.
+    ever_present: BTreeSet<usize>,
     /// Steps for which errors have taken, or given, much of the energy.
     lasting: u32,
     said: SaidOnce,
@@ -49,7 +49,8 @@ impl Notices {
     ) -> Self {
         let mut notices = Self::default();
         notices.check_fluids(system, particles, fraction);
-        Self { met: notices.met, been: notices.been, ..Self::default() }
+        let Self { fluids_at_inlets, ever_present, .. } = notices;
+        Self { fluids_at_inlets, ever_present, ..Self::default() }
     }
 
     /// Looks at the state after a step; `fraction` by fluid and node.
@@ -72,13 +73,13 @@ impl Notices {
         let left = parallel::reduce(particles.len(), seen, either).unwrap_or_else(|| vec![false; phases]);
         for (index, (name, left)) in system.phase_names().zip(left).enumerate() {
             if left {
-                self.been.insert(index);
-            } else if self.been.contains(&index) {
+                self.ever_present.insert(index);
+            } else if self.ever_present.contains(&index) {
                 self.said.say(&format!("gone: {name}"), || format!("no particle of `{name}` is left"));
             }
         }
         for (inlet, fluid) in at_inlets(system, fraction) {
-            if !self.met.insert((inlet, fluid)) {
+            if !self.fluids_at_inlets.insert((inlet, fluid)) {
                 continue;
             }
             let name = &system.boundary.sets()[inlet].name;

@@ -225,13 +225,13 @@ pub(in crate::pfem2) fn moments<const D: usize, const N: usize>(
     let parts = pfem.forces.parts.iter().zip(&pfem.forces.moments.mean);
     let on_parts = parts.filter(|(part, _)| part.about.is_some()).map(|(part, moment)| (part.name.clone(), moment.0));
     let on_solids = pfem.solids.iter().flat_map(|solids| {
-        let named = solids.structure.bodies().zip(&solids.about).zip(&solids.last.moments.mean);
+        let named = solids.structure.bodies().zip(&solids.moment_points).zip(&solids.last.moments.mean);
         named.filter(|((_, about), _)| about.is_some()).map(|((body, _), moment)| (body.name.to_owned(), moment.0))
     });
     let holding = pfem.solids.iter().flat_map(|solids| {
         let names = solids.holders.names(&solids.structure).into_iter().zip(solids.holders.solids());
         let all = names.zip(&solids.last.holding_moments.mean);
-        all.filter(|((_, solid), _)| solids.about[*solid].is_some()).map(|((name, _), moment)| (name, moment.0))
+        all.filter(|((_, solid), _)| solids.moment_points[*solid].is_some()).map(|((name, _), moment)| (name, moment.0))
     });
     on_parts.chain(on_solids).chain(holding)
 }

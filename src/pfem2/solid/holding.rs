@@ -69,7 +69,7 @@ pub(super) struct HeldStep<'a, const D: usize> {
     /// Contacts.
     pub contacts: &'a StepContacts<D>,
     /// Points about which forces on the solids have moments [m].
-    pub about: &'a [Option<Vector<D>>],
+    pub moment_points: &'a [Option<Vector<D>>],
 }
 
 impl<const D: usize> HoldingForce<D> {
@@ -79,18 +79,18 @@ impl<const D: usize> HoldingForce<D> {
         self.moment += moment(arm, force);
     }
 
-    /// Less a load on a rigid solid, with moments about a point [m].
-    fn less(self, other: Option<RigidLoad>, about: Vector<D>) -> Self {
+    /// Less a load on a rigid solid, with moments about a `point` [m].
+    fn less(self, other: Option<RigidLoad>, point: Vector<D>) -> Self {
         let Some(RigidLoad { load, center }) = other else { return self };
-        let torque = load.spin + (center - Vector(about.to3())).cross(load.velocity);
+        let torque = load.spin + (center - Vector(point.to3())).cross(load.velocity);
         Self { force: self.force - Vector::from3(load.velocity.0), moment: self.moment - torque }
     }
 }
 
 impl<const D: usize> HeldStep<'_, D> {
     /// The point about which forces on a solid have moments [m].
-    fn about(&self, solid: usize) -> Vector<D> {
-        self.about[solid].unwrap_or_default()
+    fn moment_point(&self, solid: usize) -> Vector<D> {
+        self.moment_points[solid].unwrap_or_default()
     }
 }
 
@@ -189,7 +189,7 @@ struct StepEnd<'a, const D: usize> {
 impl<const D: usize> StepEnd<'_, D> {
     /// Vector from the point of a solid to a node [m].
     fn arm(&self, solid: usize, node: usize) -> Vector<D> {
-        self.places[node] - self.step.about(solid)
+        self.places[node] - self.step.moment_point(solid)
     }
 
     /// Sum of forces on nodes over a solid.
@@ -222,13 +222,13 @@ impl<const D: usize> StepEnd<'_, D> {
     fn on_rigid_supports(&self, solid: usize) -> (HoldingForce<D>, HoldingForce<D>) {
         let HeldStep { delta, prediction, solved, .. } = *self.step;
         let (structure, nodes) = (self.structure, self.structure.nodes_of(solid));
-        let about = self.step.about(solid);
+        let point = self.step.moment_point(solid);
         let own: Vec<_> = self.impulses.iter().filter(|(node, _)| nodes.contains(node)).copied().collect();
         let response = structure.rigid_response(solid, delta, prediction, &own);
-        let impulses = self.sum(solid, &own).less(response, about);
+        let impulses = self.sum(solid, &own).less(response, point);
         let on_node = |node: usize| (node, Vector::from_fn(|axis| self.on_supports[node * D + axis]));
         let all = self.sum(solid, &nodes.map(on_node).collect::<Vec<_>>());
-        let all = all.less(structure.rigid_inertial(solid, delta, prediction, solved.independent), about);
+        let all = all.less(structure.rigid_inertial(solid, delta, prediction, solved.independent), point);
         let lasting = HoldingForce { force: all.force - impulses.force, moment: all.moment - impulses.moment };
         (lasting, impulses)
     }

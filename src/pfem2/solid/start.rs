@@ -1,13 +1,18 @@
 //! The solids at the start of a run, and what its predicted first step leaves of them (theory H.9).
 
+use super::contact::step::{ContactForces, StepContacts};
+use super::holding::Holders;
 use super::step_results::SolidStep;
 use super::step_results::energies;
-use super::structure::SolidState;
-use super::structure::bodies::SolidPowers;
+use super::structure::bodies::{SolidPowers, quadrilaterals};
+use super::structure::outline::SolidOutline;
+use super::structure::{SolidState, Structure};
 use super::tracking::SolidTracking;
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::pfem2::report::moments::StepMeans;
+use crate::mesh::Mesh;
+use crate::pfem2::boundary::Boundary;
+use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, StepMeans};
 use crate::pfem2::report::solids::SolidEnergies;
 
 /// State of solids at the start of a step.
@@ -17,6 +22,48 @@ pub(in crate::pfem2) struct SolidStart<const D: usize> {
 }
 
 impl<const D: usize> SolidTracking<D> {
+    /// Solids at the start, in a mesh with walls.
+    pub fn new<const N: usize>(structure: Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
+        let count = structure.setups().len();
+        let contacts = StepContacts::new(&structure, mesh, boundary);
+        let holders = Holders::new(&structure);
+        let last = SolidStep {
+            predicted: structure.state.displacement.clone(),
+            nodal: vec![Vector::ZERO; structure.node_count()],
+            moments: StepMeans::none(count),
+            holding: StepMeans::none(holders.count()),
+            holding_moments: StepMeans::none(holders.count()),
+            forces: StepMeans::none(count),
+            contact_forces: ContactForces::none(&structure, &contacts),
+            // Elements that are turned inside out are found by the first step.
+            energies: energies(&structure, SolidPowers::default()).unwrap_or_default(),
+            ..SolidStep::default()
+        };
+        let setups = structure.setups().iter();
+        let (quadrilaterals, outlines) =
+            setups.map(|setup| (quadrilaterals(&setup.mesh), SolidOutline::new(&setup.name, &setup.mesh))).unzip();
+        let moment_points = vec![None; structure.setups().len()];
+        Self {
+            structure,
+            quadrilaterals,
+            outlines,
+            moment_points,
+            holders,
+            contacts,
+            pressure_stiffness: None,
+            prediction: None,
+            first: None,
+            last,
+        }
+    }
+
+    /// The solids with points about which the forces on them have moments.
+    #[must_use]
+    pub fn with_moments(mut self, moments: &[MomentPoint<D>]) -> Self {
+        self.moment_points = moments::points(moments, self.moment_points.len(), ForcedPart::Solid);
+        self
+    }
+
     /// State at the start of a step.
     pub fn start(&self) -> SolidStart<D> {
         SolidStart { state: self.structure.state.clone(), last: self.last.clone() }

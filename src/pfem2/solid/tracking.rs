@@ -1,7 +1,7 @@
 //! The solids of a run in the steps of the fluid: their prediction cuts the mesh, and they take the velocity
 //! of the system (theory J.1).
 
-use super::contact::step::{ContactForces, ContactPrediction, DEPTH, StepContacts};
+use super::contact::step::{ContactPrediction, DEPTH, StepContacts};
 use super::coupling::immersed::Immersed;
 use super::coupling::pressure_stiffness::FluidPressure;
 use super::coupling::trace::{CutMesh, SurfaceTrace};
@@ -12,7 +12,7 @@ use super::holding::{HeldStep, Holders, HoldingForces};
 use super::setup::SurfaceCondition;
 pub(in crate::pfem2) use super::step_results::SolidStep;
 use super::step_results::energies;
-use super::structure::bodies::{SolidPowers, SolvedStep, quadrilaterals};
+use super::structure::bodies::{SolidPowers, SolvedStep};
 use super::structure::outline::SolidOutline;
 use super::structure::{Prediction, Structure};
 use super::surface::SolidSurface;
@@ -21,17 +21,16 @@ use crate::linalg::SparseMatrix;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::ThetaStep;
-use crate::pfem2::boundary::Boundary;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, StepMeans};
+use crate::pfem2::report::moments;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
-/// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew
-/// about the end that was found...
+/// Distance of the surface of a solid at the end of a step from its prediction, in elements of the mesh, from which on
+/// the step is solved anew about the end that was found.
 const LARGEST_PREDICTION_ERROR: f64 = 0.1;
 
-/// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less
-/// than a hundredth.
+/// A step that is solved anew is done when a solution moves the surface by less than this, in elements of the mesh.
+/// Steps that resolve the motion of a solid have a prediction error below a hundredth.
 const SETTLED: f64 = 0.02;
 
 /// Repeated solutions of a step stall, as where two shapes lead to each other by turns, if a correction is above this
@@ -42,12 +41,14 @@ const STALLED: f64 = 0.9;
 /// Solutions of a step before they can count as stalled: corrections of the first ones may rise.
 const SOLUTIONS_BEFORE_STALL: usize = 3;
 
-/// A step is solved anew at most this often, and so where elastic solids touch something.
+/// Most repetitions of the solution of a step.
 const REPETITIONS: usize = 6;
+
+/// The same where something is near a solid, which may touch it.
 const REPETITIONS_IN_CONTACT: usize = 30;
 
-/// Steps by backward Euler from an impact on that a step doesn't resolve: its impulse is in the accelerations of two
-/// that follow.
+/// Number of backward-Euler steps at an impact that a step doesn't resolve: the step of the impact and the two after
+/// it, whose predictions have its impulse through the velocities and accelerations of the steps before (theory J.8).
 const BACKWARD_STEPS: usize = 3;
 
 /// The solids of a run.
@@ -60,72 +61,30 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     /// The surface of each, for outputs.
     pub outlines: Vec<SolidOutline>,
     /// Points about which the forces on them have moments [m].
-    pub about: Vec<Option<Vector<D>>>,
+    pub moment_points: Vec<Option<Vector<D>>>,
     /// Supports, springs and contacts that hold the solids.
     pub holders: Holders,
     /// Contacts of the solids with walls, with each other and with themselves.
-    contacts: StepContacts<D>,
+    pub(super) contacts: StepContacts<D>,
     /// K_p of the pressure of the fluid in the step that is being made (theory (J.9b)).
-    pressure_stiffness: Option<SparseMatrix>,
+    pub(super) pressure_stiffness: Option<SparseMatrix>,
     /// Prediction of the step that is being made.
-    prediction: Option<Prediction<D>>,
+    pub(super) prediction: Option<Prediction<D>>,
     /// The first prediction u* of a step that is solved anew [m].
-    first: Option<Vec<Vector<D>>>,
+    pub(super) first: Option<Vec<Vector<D>>>,
     /// Results of the last step.
     pub last: SolidStep<D>,
 }
 
 impl<const D: usize> SolidTracking<D> {
-    /// Solids at the start, in a mesh with walls.
-    pub fn new<const N: usize>(structure: Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
-        let count = structure.setups().len();
-        let contacts = StepContacts::new(&structure, mesh, boundary);
-        let holders = Holders::new(&structure);
-        let last = SolidStep {
-            predicted: structure.state.displacement.clone(),
-            nodal: vec![Vector::ZERO; structure.node_count()],
-            moments: StepMeans::none(count),
-            holding: StepMeans::none(holders.count()),
-            holding_moments: StepMeans::none(holders.count()),
-            forces: StepMeans::none(count),
-            contact_forces: ContactForces::none(&structure, &contacts),
-            // Elements that are turned inside out are found by the first step.
-            energies: energies(&structure, SolidPowers::default()).unwrap_or_default(),
-            ..SolidStep::default()
-        };
-        let setups = structure.setups().iter();
-        let (quadrilaterals, outlines) =
-            setups.map(|setup| (quadrilaterals(&setup.mesh), SolidOutline::new(&setup.name, &setup.mesh))).unzip();
-        let about = vec![None; structure.setups().len()];
-        Self {
-            structure,
-            quadrilaterals,
-            outlines,
-            about,
-            holders,
-            contacts,
-            pressure_stiffness: None,
-            prediction: None,
-            first: None,
-            last,
-        }
-    }
-
-    /// The solids with points about which the forces on them have moments.
-    #[must_use]
-    pub fn with_moments(mut self, moments: &[MomentPoint<D>]) -> Self {
-        self.about = moments::points(moments, self.about.len(), ForcedPart::Solid);
-        self
-    }
-
     /// Moments of nodal forces [N] on each solid, which act where the mesh was cut [N m].
     fn moments(&self, nodal: &[Vector<D>]) -> Vec<Vector<3>> {
         let places = self.structure.positions(&self.last.predicted);
-        let of = |(solid, about): (usize, &Option<Vector<D>>)| {
-            let about = about.unwrap_or_default();
-            self.structure.nodes_of(solid).map(|a| moments::moment(places[a] - about, nodal[a])).sum()
+        let of = |(solid, point): (usize, &Option<Vector<D>>)| {
+            let point = point.unwrap_or_default();
+            self.structure.nodes_of(solid).map(|a| moments::moment(places[a] - point, nodal[a])).sum()
         };
-        self.about.iter().enumerate().map(of).collect()
+        self.moment_points.iter().enumerate().map(of).collect()
     }
 
     /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
@@ -274,8 +233,8 @@ impl<const D: usize> SolidTracking<D> {
         self.last.predicted.clone_from(&prediction.displacement);
         let surface = self.surface();
         let (last, anew) = (&self.last.contact_forces, self.first.is_some());
-        let about = ContactPrediction { prediction: &prediction, surface: &surface, last, anew };
-        self.contacts.find(step, &self.structure, &system.mesh, &about, &mut equations)?;
+        let predicted = ContactPrediction { prediction: &prediction, surface: &surface, last, anew };
+        self.contacts.find(step, &self.structure, &system.mesh, &predicted, &mut equations)?;
         let is_held = |node: usize| (node * D..(node + 1) * D).any(|k| equations.velocities.is_prescribed(k));
         let held: Vec<bool> = (0..self.structure.node_count()).map(is_held).collect();
         let cut = self.cut(&system.mesh, &surface);
@@ -324,34 +283,52 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, self.prediction.take()) else { return Ok(()) };
         let step = self.solid_step(step);
+        // After an impact the solids, and what holds them, have steps of backward Euler; the fluid has its own.
         let own_shares = if self.last.backward_steps > 0 { StepShares::backward_euler(step.dt) } else { shares };
         self.last.backward_steps = self.last.backward_steps.saturating_sub(1);
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
-        let mut nodal = immersed.forces(&system.mesh, &system.linear.unknowns);
+
+        // Work and forces of supports, from the equations as they were solved: these have the pressure stiffness in
+        // their matrix, and the forces of the fluid on the surface at u*.
+        let at_prediction = immersed.forces(&system.mesh, &system.linear.unknowns);
         let mut powers = SolidPowers::default();
         if let Some(equations) = &immersed.equations {
             let Immersed { velocity, independent, .. } = immersed;
-            let solved = SolvedStep { equations, velocity, independent, fluid: &nodal };
+            let solved = SolvedStep { equations, velocity, independent, fluid: &at_prediction };
             powers = self.structure.powers(step, &prediction, &solved, &system.physics.gravity);
             self.update_holding(step, own_shares, &prediction, &solved);
         }
-        if let Some(stiffness) = self.pressure_stiffness.take() {
-            let way = self.structure.increment_from_prediction(&prediction, |a| self.structure.state.displacement[a]);
-            let more = self.structure.product(&stiffness, &way);
-            nodal.iter_mut().zip(more).for_each(|(force, more)| *force += more);
-        }
+        // The forces of the fluid on the surface at the end of the step, for outputs.
+        let at_end = self.fluid_forces_at_end(at_prediction, &prediction);
+
+        // Impulses of contacts leave the state once their forces are known.
         let imbalance = self.structure.linearisation_error(step, &prediction)?;
         self.contacts.write_forces(&self.structure.state.velocity, &mut self.last.contact_forces);
         powers.supports += self.contacts.end_impulses(step, &mut self.structure, &prediction);
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
+        self.last.prediction_error = self.prediction_error(&system.mesh);
+        self.last.forces.update(self.structure.sums(&at_end), shares);
+        self.last.moments.update(self.moments(&at_end), shares);
+        self.last.nodal = at_end;
+        Ok(())
+    }
+
+    /// Nodal forces of the fluid at the surface at u* [N], moved on to that at the end of the step (theory (J.9b)).
+    fn fluid_forces_at_end(&mut self, mut nodal: Vec<Vector<D>>, prediction: &Prediction<D>) -> Vec<Vector<D>> {
+        if let Some(stiffness) = self.pressure_stiffness.take() {
+            let way = self.structure.increment_from_prediction(prediction, |a| self.structure.state.displacement[a]);
+            let more = self.structure.product(&stiffness, &way);
+            nodal.iter_mut().zip(more).for_each(|(force, more)| *force += more);
+        }
+        nodal
+    }
+
+    /// Distance of the surface at the end of a step from its first prediction, in elements of the mesh.
+    fn prediction_error<const N: usize>(&self, mesh: &Mesh<D, N>) -> f64 {
         let first = self.first.as_ref().unwrap_or(&self.last.predicted);
         let places = [&self.structure.state.displacement, first].map(|u| self.structure.positions(u));
-        self.last.prediction_error = self.contacts.solids.largest_error(&system.mesh, [&places[0], &places[1]]);
-        self.last.forces.update(self.structure.sums(&nodal), shares);
-        self.last.moments.update(self.moments(&nodal), shares);
-        self.last.nodal = nodal;
-        Ok(())
+        self.contacts.solids.largest_error(mesh, [&places[0], &places[1]])
     }
 }
 
@@ -364,8 +341,8 @@ impl<const D: usize> SolidTracking<D> {
         prediction: &Prediction<D>,
         solved: &SolvedStep<'_, D>,
     ) {
-        let (contacts, about) = (&self.contacts, &self.about[..]);
-        let held = HeldStep { delta: step.delta(), prediction, solved, contacts, about };
+        let (contacts, moment_points) = (&self.contacts, &self.moment_points[..]);
+        let held = HeldStep { delta: step.delta(), prediction, solved, contacts, moment_points };
         let HoldingForces { lasting, impulses } = self.holders.measure(&self.structure, &held);
         self.last.holding.update(lasting.iter().map(|all| all.force).collect(), shares);
         self.last.holding_moments.update(lasting.iter().map(|all| all.moment).collect(), shares);

@@ -89,7 +89,7 @@ fn what_shakes_a_rigid_block_bears_its_inertia() {
     shaken.motion = PrescribedMotion { velocity, spin: [None, None, Some(Signal::ZERO)] };
     let mut pfem = within(vec![shaken], 1e-3);
     let about = Vector([0.2, 0.1]);
-    pfem.solids.as_mut().unwrap().about = vec![Some(about)];
+    pfem.solids.as_mut().unwrap().moment_points = vec![Some(about)];
     pfem.begin(0.0, dt).unwrap();
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
     let found = force(&pfem, "support:solid");

@@ -204,8 +204,8 @@ fn a_triangle_of_a_solid_on_particles_has_frequency_and_damping_of_the_scheme() 
 }
 
 /// Solid and fluid side by side under gravity, the solid with the stress that holds both at rest: the mean pressures of
-/// the two differ at the interface by ⅓ (ρ_s − ρ_f) g ζ (Becker (28)), and nothing moves. The fluid pushes the solid
-/// with ½ ρ_f g H².
+/// the two differ at the interface by ⅓ (ρ_s − ρ_f) g ζ, and nothing moves. The fluid pushes the solid with
+/// ½ ρ_f g H².
 fn rests<const D: usize, const N: usize>(cells: usize) {
     const G: f64 = 9.81;
     const WATER: f64 = 1000.0;
@@ -246,6 +246,7 @@ fn rests<const D: usize, const N: usize>(cells: usize) {
         for k in 0..N {
             let (nodal, sign) = (system.pressure[nodes[k] as usize], if split.solid[k] { 1.0 } else { -1.0 });
             let jump = sign * (nodal - split.recovered[k]);
+            // Becker (28).
             let exact = (BLOCK - WATER) / 3.0 * G * (1.0 - x[k][D - 1]);
             assert!((jump - exact).abs() < 1e-7 * WATER * G, "{jump} {exact}");
             jumps += 1;
@@ -351,11 +352,12 @@ fn beam(tip: Vector<2>) -> impl Fn(Vector<2>) -> f64 + Sync {
     }
 }
 
-/// Timoshenko's deflection under the weight less the buoyancy, Becker (41), in plane strain [m].
+/// Timoshenko's deflection under the weight less the buoyancy, in plane strain [m].
 fn deflection(length: f64, gravity: f64) -> f64 {
     let (young, nu, t) = (1e7, 0.3, 0.1_f64);
     let q = 999.0 * gravity * t;
     let bending = q * length.powi(4) / (8.0 * young / (1.0 - nu * nu) * t.powi(3) / 12.0);
+    // Becker (41).
     bending + q * length.powi(2) / (2.0 * 5.0 / 6.0 * young / (2.0 * (1.0 + nu)) * t)
 }
 

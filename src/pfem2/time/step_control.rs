@@ -11,20 +11,24 @@
 //!               κ ← max(s V/Δt², 0.99 κ)
 //! ```
 //!
-//! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
-//! extrapolated with one order less: an upper estimate, O(Δt²). η is how far linear elements are from a velocity with
-//! the curvature that the jumps of its gradient show (Zienkiewicz & Zhu 1987): where v'' is constant, the error of
-//! linear interpolation, h² v''/√120. The tolerance is 2 by default: the scheme is one order better than e. Norms are
-//! weighted with mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an
-//! interface is no curvature. Both fall with the square of their lengths, so the step falls with the mesh and both
-//! errors vanish together. d keeps an interface from running ahead of the flow by more than a tenth of an element in
-//! one step, which would make fingers where a heavy fluid runs into a light one. Solids have an error, too, as
-//! they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 77 steps per period where s is a
-//! three-hundredth. Motions below a quarter of the speed of the fluid count by that speed. The forces of the fluid on
-//! cut elements shake solids, the more the shorter the steps: such noise has changes d with other signs in each step,
-//! and counts a tenth. Steps that followed the phase of a swing, longer at its ends than in between, would make it
-//! softer and stiffer in turns, and pump it up (as a child does a swing): κ remembers s, and steps beside solids grow
-//! by a fifth or not.
+//! Time: e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if
+//! they were extrapolated with one order less: an upper estimate, O(Δt²). The tolerance is 2 by default: the scheme is
+//! one order better than e.
+//!
+//! Mesh: η is how far linear elements are from a velocity with the curvature that the jumps of its gradient show
+//! (Zienkiewicz & Zhu 1987). Norms are weighted with mass, ‖v‖² = Σ m_i |v_i|². Elements that hold two fluids don't
+//! count, since slip along an interface is no curvature. e and η fall with the square of their lengths, so the step
+//! falls with the mesh and both errors vanish together.
+//!
+//! Interface: d is how far an interface runs ahead of the flow in one step. A tenth of an element is allowed; more
+//! makes fingers where a heavy fluid runs into a light one.
+//!
+//! Solids: an oscillation with ω has s = ½ (ωΔt)². Motions slower than a quarter of the speed of the fluid are measured
+//! by that speed. Noise, with changes d that have other signs in each step, counts a tenth. κ remembers s over a
+//! period, and a proposal that grows by less than a fifth is ignored: steps that followed the phase of an oscillation
+//! would drive it.
+//!
+//! The reasons, and the numbers, are in theory H.2–H.5.
 
 use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
@@ -69,7 +73,7 @@ const NOISE: f64 = 0.01;
 /// and a half swings.
 const FORGETTING: f64 = 0.01;
 
-/// Beside solids steps grow by this much at least, or not.
+/// Beside solids, a proposed growth by less than this factor is ignored.
 const RISE: f64 = 1.2;
 
 /// Estimated errors of a step.
@@ -169,14 +173,20 @@ impl StepControl {
         let interface = interface_error(system, |i| 0.5 * dt * off(i).norm()).max(surface);
         let scale = velocity.max(f64::MIN_POSITIVE);
         let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
-        let [solids, speed] = solids.map_or([0.0, 1.0], |(structure, _)| self.solids_error(structure, extends, stream));
-        let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids };
+        let mut errors =
+            ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids: 0.0 };
+        let mut speed = 1.0;
+        if let Some((structure, _)) = solids {
+            let found = self.solids_error(structure, extends, stream);
+            (errors.solids, speed, self.solids_peak) = (found.error, found.speed, found.peak);
+            structure.state.velocity_change = found.change;
+        }
         self.learn(dt, errors, least / scale, speed);
     }
 
     /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed
-    /// [m/s], and the speed by which it is measured [√kg m/s].
-    fn solids_error<const D: usize>(&mut self, structure: &mut Structure<D>, extends: f64, stream: f64) -> [f64; 2] {
+    /// [m/s].
+    fn solids_error<const D: usize>(&self, structure: &Structure<D>, extends: f64, stream: f64) -> SolidsError<D> {
         let state = &structure.state;
         let (now, before, earlier) = (&state.velocity, &state.velocity_previous, &state.velocity_earlier);
         let off = |i: usize| now[i] - before[i] - (before[i] - earlier[i]) * extends;
@@ -184,18 +194,29 @@ impl StepControl {
             let weighted = structure.weighted_by_mass(a);
             weighted.iter().zip(b.iter().flat_map(|v| v.0)).map(|(m, v)| m * v).sum::<f64>()
         };
-        self.solids_peak = self.solids_peak.max(0.5 * product(now, now));
+        let peak = self.solids_peak.max(0.5 * product(now, now));
         let slow = SLOW_SOLIDS * stream * structure.mass().sqrt();
-        let scale = (2.0 * self.solids_peak).sqrt().max(slow).max(f64::MIN_POSITIVE);
+        let speed = (2.0 * peak).sqrt().max(slow).max(f64::MIN_POSITIVE);
         let change: Vec<Vector<D>> = (0..now.len()).map(off).collect();
         let [own, both, last] = [
             product(&change, &change),
             product(&change, &state.velocity_change),
             product(&state.velocity_change, &state.velocity_change),
         ];
-        structure.state.velocity_change = change;
-        [0.5 * resolved([own, both, last]).sqrt() / scale, scale]
+        SolidsError { error: 0.5 * resolved([own, both, last]).sqrt() / speed, speed, peak, change }
     }
+}
+
+/// The error of solids in a step, and what the next estimate needs of it.
+struct SolidsError<const D: usize> {
+    /// Error of the velocity, in time, over `speed`.
+    error: f64,
+    /// Speed by which it is measured [√kg m/s].
+    speed: f64,
+    /// The largest kinetic energy of solids so far [J].
+    peak: f64,
+    /// d at the nodes, by how much the velocity differs from what the last two steps let expect [m/s].
+    change: Vec<Vector<D>>,
 }
 
 /// The part of d·d that counts, given d·d of this step, the product of d with that of the step before, and d·d of that

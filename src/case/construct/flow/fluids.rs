@@ -27,7 +27,7 @@ const PIECE: usize = 256;
 
 /// A body of particles as the case describes it, a fluid or a solid: where it is, and how it moves at the start. Of
 /// several the first counts where they overlap.
-pub(super) struct InitialFluid {
+pub(super) struct InitialBody {
     /// Its place in `body`.
     body: usize,
     /// The number of its phase.
@@ -36,7 +36,7 @@ pub(super) struct InitialFluid {
     velocity: [Signal; 3],
 }
 
-impl InitialFluid {
+impl InitialBody {
     /// The number of its phase: those of solids follow those of fluids.
     pub fn phase(&self) -> usize {
         self.phase.into()
@@ -109,29 +109,31 @@ impl Construction<'_> {
         }
     }
 
-    pub(super) fn part<const D: usize, const N: usize>(
+    /// The body of this index in the case, as the one of this phase; `None` where its region can't be made.
+    pub(super) fn initial_body<const D: usize, const N: usize>(
         &mut self,
-        (index, phase): (usize, usize),
+        index: usize,
+        phase: usize,
         mesh: &Mesh<D, N>,
-    ) -> Option<InitialFluid> {
+    ) -> Option<InitialBody> {
         let spec = &self.case.file.body[index];
         let region = self.region(&format!("body[{index}].region"), spec.region.as_ref()?)?;
         let within: Vec<Vector<D>> =
             mesh.nodes().iter().copied().filter(|x| region.signed_distance(x.to3()) <= 0.0).collect();
         let samples = TrialPoints::start(&within);
         let velocity = self.signals(&format!("body[{index}].velocity"), &spec.velocity, &samples);
-        Some(InitialFluid { body: index, phase: phase as u8, region, velocity })
+        Some(InitialBody { body: index, phase: phase as u8, region, velocity })
     }
 
     /// Every element must have a fluid, or be in a solid.
     pub(super) fn unfilled<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
-        parts: &[InitialFluid],
+        bodies: &[InitialBody],
         solids: &[InitialSolid<D>],
     ) {
         let count = mesh.elements().len();
-        let is_bare = |x: &Vector<D>| part_at(parts, *x).is_none() && solid_at(solids, *x).is_none();
+        let is_bare = |x: &Vector<D>| body_at(bodies, *x).is_none() && solid_at(solids, *x).is_none();
         let mut bare = (0..count).map(|e| mesh.center(e)).filter(is_bare).peekable();
         let Some(first) = bare.peek().map(|&x| at(x)) else { return };
         let number = bare.count();
@@ -143,11 +145,11 @@ impl Construction<'_> {
     pub(super) fn seed<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
-        parts: &[InitialFluid],
+        bodies: &[InitialBody],
         solids: &[InitialSolid<D>],
     ) -> Option<Particles<D>> {
-        if let Some(first) = parts.get(MOST_FLUIDS) {
-            let message = format!("a flow has at most {MOST_FLUIDS} bodies of fluids, and here are {}", parts.len());
+        if let Some(first) = bodies.get(MOST_FLUIDS) {
+            let message = format!("a flow has at most {MOST_FLUIDS} bodies of fluids, and here are {}", bodies.len());
             let finding = Diagnostic::error(format!("body[{}]", first.body), message);
             self.findings.push(finding.help("join those of one material: a region may be a union of shapes"));
             return None;
@@ -155,13 +157,13 @@ impl Construction<'_> {
         let per_edge = self.case.file.pfem2.particles_per_edge;
         let fluid = |x: Vector<D>| match solid_at(solids, x) {
             Some(_) => None,
-            None => part_at(parts, x).map(|part| parts[part].phase),
+            None => body_at(bodies, x).map(|body| bodies[body].phase),
         };
-        let particles = Particles::seed(mesh, per_edge, fluid, |x| velocity_at(parts, x));
+        let particles = Particles::seed(mesh, per_edge, fluid, |x| velocity_at(bodies, x));
         if !has_errors(&self.findings) {
-            self.gaps(mesh, parts, solids);
+            self.gaps(mesh, bodies, solids);
         }
-        for InitialFluid { body, phase, .. } in parts {
+        for InitialBody { body, phase, .. } in bodies {
             if !particles.phase.contains(phase) && !self.comes_in(*body) {
                 let help = "the region lies outside the mesh, under a body listed before it or a solid, or between particles; a fluid \
                             that is to come in is the `fluid` of an inlet";
@@ -235,13 +237,13 @@ impl Construction<'_> {
     fn gaps<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
-        parts: &[InitialFluid],
+        bodies: &[InitialBody],
         solids: &[InitialSolid<D>],
     ) {
-        let is_bare = |x: Vector<D>| part_at(parts, x).is_none() && solid_at(solids, x).is_none();
+        let is_bare = |x: Vector<D>| body_at(bodies, x).is_none() && solid_at(solids, x).is_none();
         let points = lattice::<N>(GAP_POINTS);
         let held: Vec<Option<usize>> =
-            parallel::collect(mesh.nodes().len(), PIECE, |n| part_at(parts, mesh.nodes()[n]));
+            parallel::collect(mesh.nodes().len(), PIECE, |n| body_at(bodies, mesh.nodes()[n]));
         let bare = |e: usize| {
             let [first, others @ ..] = &mesh.elements()[e][..] else { return 0 };
             if others.iter().all(|&n| held[n as usize].is_some() && held[n as usize] == held[*first as usize]) {
@@ -271,25 +273,25 @@ pub(super) fn sharp<const D: usize, const N: usize>(
     spec: &Pfem2Spec,
     mesh: &Mesh<D, N>,
     fluids: &[FluidSetup],
-    parts: &[InitialFluid],
+    bodies: &[InitialBody],
     particles: &mut Particles<D>,
 ) -> Option<LevelSet> {
     let [first, second] = fluids else { return None };
     let heavy = u8::from(second.density > first.density);
     // Where regions overlap the first one counts: the interface is its surface.
     let sign = if heavy == 0 { 1.0 } else { -1.0 };
-    let phi = |x: Vector<D>| sign * parts[0].region.signed_distance(x.to3());
+    let phi = |x: Vector<D>| sign * bodies[0].region.signed_distance(x.to3());
     (spec.interface == InterfaceSpec::Sharp).then(|| LevelSet::new(mesh, heavy, phi, particles))
 }
 
 /// The first body whose region contains a place [m].
-pub(super) fn part_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Option<usize> {
-    parts.iter().position(|part| part.contains(x))
+pub(super) fn body_at<const D: usize>(bodies: &[InitialBody], x: Vector<D>) -> Option<usize> {
+    bodies.iter().position(|body| body.contains(x))
 }
 
-pub(super) fn velocity_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Vector<D> {
-    let Some(part) = part_at(parts, x) else { return Vector::ZERO };
-    Vector::from_fn(|i| parts[part].velocity[i].value(x.to3(), 0.0))
+pub(super) fn velocity_at<const D: usize>(bodies: &[InitialBody], x: Vector<D>) -> Vector<D> {
+    let Some(body) = body_at(bodies, x) else { return Vector::ZERO };
+    Vector::from_fn(|i| bodies[body].velocity[i].value(x.to3(), 0.0))
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::{Pfem2, Setup};
 use crate::simulation::Solver;
-use fluids::{InitialFluid, sharp, velocity_at};
+use fluids::{InitialBody, sharp, velocity_at};
 use solids::{InitialSolid, solid_at};
 
 /// Makes the mesh of a case in its dimension.
@@ -42,7 +42,7 @@ impl Case {
     /// The solver of PFEM-2, or everything that is wrong.
     pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
         let mut assembly = Construction::new(self);
-        let setup = assembly.flow(make);
+        let setup = assembly.pfem2_setup(make);
         let Construction { mut findings, watched, notes, paths, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
@@ -72,8 +72,8 @@ impl Case {
 /// The bodies of a case as the solver takes them.
 struct FlowBodies<const D: usize> {
     fluids: Vec<FluidSetup>,
-    /// Regions of fluids and solids on particles at the start.
-    parts: Vec<InitialFluid>,
+    /// Fluids and solids on particles at the start.
+    initial: Vec<InitialBody>,
     particle_solids: Vec<ParticleSolidSetup<D>>,
     solids: Vec<InitialSolid<D>>,
 }
@@ -99,15 +99,15 @@ impl Construction<'_> {
         let fluids: Vec<FluidSetup> = flowing.iter().filter_map(|&i| self.fluid(i)).collect();
         // Solids come before fluids where regions overlap; their phases come after those of the fluids.
         let phases = (flowing.len()..).zip(&on_particles).chain(flowing.iter().enumerate());
-        let parts: Vec<InitialFluid> = phases.filter_map(|(phase, &i)| self.part((i, phase), mesh)).collect();
-        let particle_solids = self.particle_solids(&on_particles, &parts, mesh);
+        let initial: Vec<InitialBody> = phases.filter_map(|(phase, &i)| self.initial_body(i, phase, mesh)).collect();
+        let particle_solids = self.particle_solids(&on_particles, &initial, mesh);
         let solids: Vec<InitialSolid<D>> = solid.iter().filter_map(|&i| self.solid(i, mesh)).collect();
         if flowing.is_empty() {
             let what = if file.body.is_empty() { "body" } else { "fluid" };
             let finding = Diagnostic::error("", format!("there is no {what}: nothing fills the mesh"));
             self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
         }
-        FlowBodies { fluids, parts, particle_solids, solids }
+        FlowBodies { fluids, initial, particle_solids, solids }
     }
 
     /// Looks for what is likely to be a mistake: leaks, pieces without an opening, what falls out, empty elements.
@@ -124,10 +124,11 @@ impl Construction<'_> {
         self.falling_out(mesh, boundaries, gravity, bodies.fluids[0].density);
         self.left_over(mesh, boundaries);
         self.nearly_flat(mesh);
-        self.unfilled(mesh, &bodies.parts, &bodies.solids);
+        self.unfilled(mesh, &bodies.initial, &bodies.solids);
     }
 
-    fn flow<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
+    /// What the case asks of `pfem2`; `None` if something is wrong.
+    fn pfem2_setup<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;
         let samples = TrialPoints::over(mesh.nodes(), file.time.end);
@@ -143,18 +144,18 @@ impl Construction<'_> {
             return None;
         }
         self.check_flow(&mesh, &boundaries, &gravity, &bodies);
-        let FlowBodies { fluids, parts, particle_solids, solids } = bodies;
-        let mut particles = self.seed(&mesh, &parts, &solids)?;
-        let level_set = sharp(&file.pfem2, &mesh, &fluids, &parts, &mut particles);
+        let FlowBodies { fluids, initial, particle_solids, solids } = bodies;
+        let mut particles = self.seed(&mesh, &initial, &solids)?;
+        let level_set = sharp(&file.pfem2, &mesh, &fluids, &initial, &mut particles);
         let start =
-            |x: Vector<D>| solid_at(&solids, x).map_or_else(|| velocity_at(&parts, x), |solid| solid.velocity(x));
+            |x: Vector<D>| solid_at(&solids, x).map_or_else(|| velocity_at(&initial, x), |solid| solid.velocity(x));
         let velocity = mesh.nodes().iter().map(|&x| start(x)).collect();
         let spec = &file.pfem2;
         let mut structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
         if let Some(structure) = &mut structure {
             let (locator, mesh, boundaries) = (Locator::new(&mesh), &mesh, &boundaries);
-            let (fluids, parts, gravity) = (&fluids, &parts, &gravity);
-            let around = SolidSurroundings { file, mesh, locator, boundaries, fluids, parts, gravity };
+            let (fluids, bodies, gravity) = (&fluids, &initial, &gravity);
+            let around = SolidSurroundings { file, mesh, locator, boundaries, fluids, bodies, gravity };
             self.foresee(structure, &around);
         }
         Some(Setup {

@@ -2,7 +2,7 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
-use super::fluids::InitialFluid;
+use super::fluids::InitialBody;
 use crate::case::{AxisMotion, InterfaceSpec, Material, Preset, SupportPlace, SupportSpec};
 use crate::error::Diagnostic;
 use crate::material::{BulkViscosity, Hypoelastic, PointLaws};
@@ -15,23 +15,23 @@ use crate::pfem2::particle_solids::setup::{HeldMeshNodes, ParticleSolidSetup, Ra
 const LARGEST_POISSON: f64 = 0.49;
 
 impl Construction<'_> {
-    /// The solids on particles of the bodies `bodies`, whose regions are the first of `parts`; those that can't be made
-    /// are left out (and why was noted).
+    /// The solids on particles: bodies of these `indices` in the case, the first of `bodies`. Those that can't be made
+    /// are left out (and why is a finding).
     pub(super) fn particle_solids<const D: usize, const N: usize>(
         &mut self,
-        bodies: &[usize],
-        parts: &[InitialFluid],
+        indices: &[usize],
+        bodies: &[InitialBody],
         mesh: &Mesh<D, N>,
     ) -> Vec<ParticleSolidSetup<D>> {
         let file = &self.case.file;
         if file.preset == Preset::Becker2015 {
             file.solids().into_iter().for_each(|body| self.no_rate_law(body, self.law_name(body)));
         }
-        if let Some(&first) = bodies.first() {
+        if let Some(&first) = indices.first() {
             self.choices_beside_solids(first);
         }
-        let each = bodies.iter().zip(parts);
-        each.filter_map(|(&body, part)| self.particle_solid(body, part, mesh)).collect()
+        let each = indices.iter().zip(bodies);
+        each.filter_map(|(&index, body)| self.particle_solid(index, body, mesh)).collect()
     }
 
     fn law_name(&self, body: usize) -> &'static str {
@@ -41,7 +41,7 @@ impl Construction<'_> {
         }
     }
 
-    /// Notes that the law of a body is not one of solids on particles.
+    /// Finds that the law of a body is not one of solids on particles.
     pub(super) fn no_rate_law(&mut self, body: usize, law: &str) {
         let message =
             format!("solids of `preset = \"becker-2015\"` are on particles, with a law in rates, and `{law}` is none");
@@ -74,14 +74,14 @@ impl Construction<'_> {
 
     fn particle_solid<const D: usize, const N: usize>(
         &mut self,
-        body: usize,
-        part: &InitialFluid,
+        index: usize,
+        body: &InitialBody,
         mesh: &Mesh<D, N>,
     ) -> Option<ParticleSolidSetup<D>> {
-        let spec = &self.case.file.body[body];
-        let key = format!("body[{body}]");
+        let spec = &self.case.file.body[index];
+        let key = format!("body[{index}]");
         let Material::Point(PointLaws::Hypoelastic(Hypoelastic { elastic })) = &spec.material else { return None };
-        self.keys_of_meshes(body);
+        self.keys_of_meshes(index);
         if elastic.poisson > LARGEST_POISSON {
             let message = format!(
                 "solids on particles are compressible, with {LARGEST_POISSON} at most: their pressure isn't stabilised"
@@ -93,8 +93,8 @@ impl Construction<'_> {
             let finding = Diagnostic::error(format!("{key}.material.bulk-viscosity"), "solids on particles have none");
             self.findings.push(finding.help("take it out: no shock runs through them"));
         }
-        self.plane_in_space::<D>(body);
-        if !mesh.nodes().iter().any(|&x| part.contains(x)) {
+        self.plane_in_space::<D>(index);
+        if !mesh.nodes().iter().any(|&x| body.contains(x)) {
             let message = format!("no node of the mesh lies in `{}`: elements are larger than it", spec.name);
             let finding = Diagnostic::error(format!("{key}.region"), message);
             self.findings.push(
@@ -106,7 +106,7 @@ impl Construction<'_> {
         }
         let supports = spec.supports.iter().enumerate();
         let held =
-            supports.filter_map(|(i, support)| self.held_nodes(support, &format!("{key}.supports[{i}]"), part, mesh));
+            supports.filter_map(|(i, support)| self.held_nodes(support, &format!("{key}.supports[{i}]"), body, mesh));
         let held = held.collect();
         let law = RateLaw::new(elastic.density, elastic.moduli(), spec.plane.unwrap_or_default().into());
         Some(ParticleSolidSetup { name: spec.name.clone(), law, held })
@@ -138,7 +138,7 @@ impl Construction<'_> {
         &mut self,
         support: &SupportSpec,
         key: &str,
-        part: &InitialFluid,
+        body: &InitialBody,
         mesh: &Mesh<D, N>,
     ) -> Option<HeldMeshNodes<D>> {
         let SupportPlace::Region(shape) = &support.on else {
@@ -149,7 +149,7 @@ impl Construction<'_> {
             return None;
         };
         let region = self.region(&format!("{key}.on"), shape)?;
-        let held = |x: &Vector<D>| region.signed_distance(x.to3()) <= 0.0 && part.contains(*x);
+        let held = |x: &Vector<D>| region.signed_distance(x.to3()) <= 0.0 && body.contains(*x);
         let nodes: Vec<u32> = (0u32..).zip(mesh.nodes()).filter(|(_, x)| held(x)).map(|(node, _)| node).collect();
         if nodes.is_empty() {
             let message = "no node of the mesh lies in this region and in the body";

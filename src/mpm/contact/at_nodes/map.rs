@@ -124,7 +124,7 @@ impl<const D: usize> Map<D> {
         self.sample_ends.push((q as u32, self.weights.len() as u32));
     }
 
-    /// Turns sums into means, and areas into normals, Lian (51); nodes with a negligible share of the sheet get no
+    /// Turns sums into means, and areas into normals; nodes with a negligible share of the sheet get no
     /// normal and never act, those where it is folded get theirs from [`Self::find_folded_normals`].
     fn find_normals(&mut self, context: &StepContext<'_, D>, areas: &[f64]) {
         let heaviest = self.nodes.iter().map(|node| node.mass).fold(0.0, f64::max);
@@ -135,6 +135,7 @@ impl<const D: usize> Map<D> {
             let normal = node.project(node.normal);
             let (heavy, clear) = (node.mass > LEAST_MASS_SHARE * heaviest, normal.norm() > FOLDED * area);
             node.folded = heavy && !clear;
+            // Lian (51).
             node.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
             node.find_inertia();
         }
@@ -168,7 +169,7 @@ impl<const D: usize> Map<D> {
         (self.weights, self.sample_ends) = (kept, sample_ends);
     }
 
-    /// p̄_I^r, Lian (49), and the mean with the momentum before the forces.
+    /// p̄_I^r, and the mean with the momentum before the forces.
     pub fn map_momentum(&mut self, facets: &[SheetFacet], surface: &SheetSurface<'_, D>) {
         for node in &mut self.nodes {
             (node.momentum, node.average) = (Vector::ZERO, Vector::ZERO);
@@ -184,6 +185,7 @@ impl<const D: usize> Map<D> {
             }
             for entry in &self.weights[start as usize..end as usize] {
                 let node = &mut self.nodes[entry.contact_node as usize];
+                // Lian (49).
                 node.momentum += flip(momentum, entry.flips) * entry.weight;
                 node.average += flip(average, entry.flips) * entry.weight;
             }
@@ -191,8 +193,7 @@ impl<const D: usize> Map<D> {
         }
     }
 
-    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map, Lian (59); they act for
-    /// `dt` [s].
+    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map; they act for `dt` [s].
     pub fn map_back(&self, facets: &[SheetFacet], forces: &mut [Vector<D>], dt: f64) {
         let mut start = 0;
         for &(q, end) in &self.sample_ends {
@@ -204,6 +205,7 @@ impl<const D: usize> Map<D> {
             start = end;
             let nodes = facets[self.samples.element[q as usize] as usize].nodes;
             for (k, mass) in nodes.into_iter().zip(self.samples.mass[q as usize]) {
+                // Lian (59).
                 forces[k as usize] += pull * (mass / dt);
             }
         }

@@ -93,7 +93,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// Solves every node for the impulses of the whole sub-step, without the impulses of the last pass, so that they
-    /// may shrink but never pull: Lian (54–58), theory (D.12), (D.15). The contact nodes get the change.
+    /// may shrink but never pull (theory (D.12), (D.15)). The contact nodes get the change.
     fn solve_nodes(&mut self, partners: &mut Partners<D>, friction: &[Friction], t: f64) {
         let fields = self.fields;
         let (mut touches, mut impulses) = (Vec::new(), Vec::new());
@@ -107,6 +107,7 @@ impl<const D: usize> AtNodes<D> {
                 let (side, friction) = (pair.side, friction[field]);
                 touches.push(Touch { mass, velocity: node.project(v) - pair.impulse.total() / mass, side, friction });
             }
+            // Lian (54–58).
             impulse::solve(node.inertia, velocity + before / node.inertia, node.normal, &touches, &mut impulses);
             node.impulse = before;
             for (pair, &j) in pairs.iter_mut().filter(|pair| pair.touching).zip(&impulses) {

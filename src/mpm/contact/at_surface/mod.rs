@@ -111,10 +111,9 @@ impl<const D: usize> AtSurface<D> {
             let gap = found.height() - found.candidate.radius - surface.offset_of(facet) - self.tolerance;
             if friction != Friction::None && gap < travel + APPROACH_ALLOWANCE * cell {
                 self.members.extend_from_slice(&found.members);
-                let members = self.members.len() as u32;
                 let half_size = half_size(&body.particles, found.candidate.particle, found.candidate.foot.normal, cell);
-                let contact = found.contact(index, body, facets[facet].nodes, gap, friction);
-                self.solver.contacts.push(SurfaceContact { members, half_size, ..contact });
+                let start = ContactStart { gap, half_size, members_end: self.members.len() as u32 };
+                self.solver.contacts.push(found.contact(index, body.field, facets[facet].nodes, friction, &start));
             }
         }
         crossed
@@ -171,8 +170,8 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
         let (grid, stencil) = (context.grid, context.stencil);
         let Self { solver: ContactSolver { contacts, support_nodes, .. }, members, .. } = self;
         let supports: Vec<Vec<(u32, Flips, f64)>> = parallel::collect(contacts.len(), STENCILS, |c| {
-            let start = if c == 0 { 0 } else { contacts[c - 1].members };
-            let members = &members[start as usize..contacts[c].members as usize];
+            let start = if c == 0 { 0 } else { contacts[c - 1].members_end };
+            let members = &members[start as usize..contacts[c].members_end as usize];
             support_of(grid, stencil, contacts[c].field as usize, members)
         });
         for (contact, support) in contacts.iter_mut().zip(supports) {
@@ -181,7 +180,7 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
                 contact.inverse_mass += partners.inverse_mass(partner) * (weight * weight);
                 support_nodes.push(SupportNode { partner, flips, weight });
             }
-            contact.end = support_nodes.len() as u32;
+            contact.support_end = support_nodes.len() as u32;
             contact.find_effective_mass(&sheet.inverse_mass);
         }
     }
@@ -222,8 +221,8 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     fn finish(&self, sheet: &mut ContactSheet<D>, shifts: &mut [Vec<ParticleShift<D>>]) {
         let mut first = 0;
         for contact in &self.solver.contacts {
-            let own = &self.members[first..contact.members as usize];
-            first = contact.members as usize;
+            let own = &self.members[first..contact.members_end as usize];
+            first = contact.members_end as usize;
             if contact.gap < 0.0 {
                 let by = contact.normal * (-RECOVERY * contact.gap).min(LARGEST_CORRECTION * contact.half_size);
                 let shift =
@@ -239,8 +238,8 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     fn add_totals(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [ContactTotals<D>]) {
         let mut start = 0;
         for contact in &self.solver.contacts {
-            let near = &self.solver.support_nodes[start as usize..contact.end as usize];
-            start = contact.end;
+            let near = &self.solver.support_nodes[start as usize..contact.support_end as usize];
+            start = contact.support_end;
             if contact.total == Impulse::default() {
                 continue;
             }
@@ -262,6 +261,16 @@ fn relabel<const D: usize>(labels: &mut Labels, candidate: &Candidate<D>, step: 
     let label = side_label(old, candidate);
     labels.keep(candidate.key, step, label);
     (label.side, label.crossed && old.is_none_or(|old| !old.crossed))
+}
+
+/// With what a contact begins besides its candidate.
+struct ContactStart {
+    /// Gap at the start of the step [m].
+    gap: f64,
+    /// Half the size of the particles there [m].
+    half_size: f64,
+    /// End of its particles in the list of all.
+    members_end: u32,
 }
 
 /// A candidate with a side.
@@ -290,29 +299,30 @@ impl<const D: usize> SidedCandidate<D> {
         GuardedParticle::new(at, beside, guarded_size(body, p, normal, cell), body.particles.position[p])
     }
 
-    /// The contact of the body of this index with an element of these nodes, from the gap [m] at the start of the step.
+    /// The contact of the body of this index, in its field, with an element of these nodes.
     fn contact(
         &self,
         index: usize,
-        body: &Body<D>,
+        field: usize,
         nodes: [u32; 4],
-        gap: f64,
         friction: Friction,
+        &ContactStart { gap, half_size, members_end }: &ContactStart,
     ) -> SurfaceContact<D> {
         let (candidate, side) = (&self.candidate, self.side);
         SurfaceContact {
-            field: body.field as u32,
+            field: field as u32,
             body: index as u32,
             key: candidate.key,
-            members: 0,
-            half_size: 0.0,
+            members_end,
+            half_size,
             nodes,
             weights: candidate.foot.weights,
             normal: candidate.foot.normal * side,
             arm: side * candidate.foot.distance,
             gap,
             allowed: 0.0,
-            end: 0,
+            // The support nodes are found later.
+            support_end: 0,
             inverse_mass: Vector::ZERO,
             free: EffectiveMass::default(),
             friction,

@@ -157,8 +157,8 @@ impl<const D: usize> ContactSolver<D> {
         sheet_impulse.resize(nodes, Vector::ZERO);
         let mut start = 0;
         for contact in contacts {
-            let near = &support_nodes[start as usize..contact.end as usize];
-            start = contact.end;
+            let near = &support_nodes[start as usize..contact.support_end as usize];
+            start = contact.support_end;
             let j = contact.impulse().total();
             if j == Vector::ZERO {
                 continue;
@@ -192,8 +192,8 @@ impl<const D: usize> ContactSolver<D> {
         let Self { contacts, support_nodes, velocity, .. } = self;
         let mut start = 0;
         for contact in contacts {
-            let near = &support_nodes[start as usize..contact.end as usize];
-            start = contact.end;
+            let near = &support_nodes[start as usize..contact.support_end as usize];
+            start = contact.support_end;
             let impulse = contact.impulse();
             contact.total.normal += impulse.normal;
             contact.total.tangent += impulse.tangent;
@@ -220,8 +220,8 @@ impl<const D: usize> Task for ContactSweep<'_, D> {
         let Self { contacts, support_nodes, body, inverse_mass, sheet, rigid } = self;
         let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
         for contact in contacts {
-            let near = &support_nodes[start as usize..contact.end as usize];
-            start = contact.end;
+            let near = &support_nodes[start as usize..contact.support_end as usize];
+            start = contact.support_end;
             let opening = contact.opening(near, body, sheet.velocity);
             let beside_rigid = rigid.touches_any(&contact.nodes);
             let delta = if beside_rigid {

@@ -24,8 +24,8 @@ pub struct SurfaceContact<const D: usize> {
     /// Index of its body, and the key of its label.
     pub body: u32,
     pub key: u32,
-    /// End of its particles in the list of all.
-    pub members: u32,
+    /// End of its particles in the list of all, in which they follow those of the contact before.
+    pub members_end: u32,
     /// Half the size of the particles there [m].
     pub half_size: f64,
     /// K, repeated where the facet has fewer than four nodes, and W_K.
@@ -38,8 +38,8 @@ pub struct SurfaceContact<const D: usize> {
     /// g at the start of the sub-step [m], and a [m/s].
     pub gap: f64,
     pub allowed: f64,
-    /// End of its support nodes in the list of all.
-    pub end: u32,
+    /// End of its support nodes in the list of all, in which they follow those of the contact before.
+    pub support_end: u32,
     /// Contribution of the body to M⁻¹ along each axis [1/kg].
     pub inverse_mass: Vector<D>,
     /// M along the normal [kg], and what the sheet adds to M⁻¹ across it [1/kg], where nothing holds the sheet.

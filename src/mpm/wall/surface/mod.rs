@@ -53,7 +53,7 @@ mod step;
 use crate::math::Vector;
 use crate::mpm::grid::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::{Grid, Node};
-pub use point::{ImpulseIterate, Law, NodeOfSupport, SurfaceFoot, SurfacePoint};
+pub use point::{ImpulseIterate, ImpulseLaw, NodeOfSupport, SurfaceFoot, SurfacePoint};
 
 /// Least share of the support of a binding point that must have mass: else no body is there yet.
 const LEAST_SUPPORT_SHARE: f64 = 0.5;
@@ -219,7 +219,7 @@ impl<const D: usize> SurfacePoints<D> {
         nodal: impl Fn(usize) -> Vector<D>,
         walls: impl Fn(&SurfacePoint<D>) -> Vector<D>,
         given: impl Fn(&SurfacePoint<D>) -> Vector<D>,
-        law: Law<'_, D>,
+        law: ImpulseLaw<'_, D>,
     ) -> SurfaceImpulses<D> {
         let walls: Vec<_> = self.points.iter().map(walls).collect();
         let velocity: Vec<_> = self.nodes.iter().map(|&(node, _)| nodal(node as usize)).collect();
@@ -261,7 +261,13 @@ impl<const D: usize> SurfacePoints<D> {
     }
 
     /// One sweep over some points: the largest change of an impulse, and the largest impulse [N s].
-    fn sweep(&self, points: &[u32], walls: &[Vector<D>], solution: &mut Iterate<D>, law: Law<'_, D>) -> (f64, f64) {
+    fn sweep(
+        &self,
+        points: &[u32],
+        walls: &[Vector<D>],
+        solution: &mut Iterate<D>,
+        law: ImpulseLaw<'_, D>,
+    ) -> (f64, f64) {
         let Iterate { impulse: impulses, velocity, nodal_impulse } = solution;
         let (mut change, mut largest) = (0.0_f64, 0.0_f64);
         for &k in points {

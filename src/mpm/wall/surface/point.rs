@@ -85,7 +85,7 @@ pub struct ImpulseIterate<'a, const D: usize> {
 }
 
 /// The impulse [N s] that a point in such a state should have.
-pub type Law<'a, const D: usize> = &'a dyn Fn(&ImpulseIterate<'_, D>) -> Vector<D>;
+pub type ImpulseLaw<'a, const D: usize> = &'a dyn Fn(&ImpulseIterate<'_, D>) -> Vector<D>;
 
 impl<const D: usize> SurfacePoint<D> {
     /// A point without contact and impulse yet.

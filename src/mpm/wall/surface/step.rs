@@ -1,6 +1,6 @@
 //! The stages of a step at the points of obstacles' surfaces, in their order.
 
-use super::{ImpulseIterate, Law, SurfaceFoot, SurfaceImpulses, SurfacePoint};
+use super::{ImpulseIterate, ImpulseLaw, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
 use crate::mpm::wall::gap::Bodies;
@@ -28,17 +28,18 @@ impl<const D: usize> Walls<D> {
         }
         let stencil = self.stencil.of_field(grid, field);
         let mut points = self.points_of_particles(grid, field, bodies, step);
-        let particle_contacts_before = &self.reactions[field].particle_contacts_before;
+        let particle_contacts_before = &self.field_reactions[field].particle_contacts_before;
         for point in &mut points {
             point.held = point
                 .particle
                 .is_some_and(|[body, id]| particle_contacts_before.binary_search(&[point.boundary, body, id]).is_ok());
         }
-        let mut surface = std::mem::take(&mut self.reactions[field].surface);
+        let mut surface = std::mem::take(&mut self.field_reactions[field].surface);
         surface.find(grid, &stencil, nodes, self.binding_points.iter().copied().chain(points));
-        // With APIC a node has the velocity of its place.
-        let flip = bodies.all.iter().all(|(_, body)| body.particles.affine.is_empty());
-        if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
+        // APIC extrapolates to the place of the node; with FLIP a node has the velocity of the mean place of its
+        // particles, for which `tilt` corrects (theory (E.9)).
+        let is_flip_transfer = bodies.all.iter().all(|(_, body)| body.particles.affine.is_empty());
+        if is_flip_transfer && surface.points.iter().any(|point| self.resists_sliding(point)) {
             let near = bodies.all.iter().flat_map(|&(_, body)| {
                 let bins =
                     body.bins.bins.iter().zip(&body.bins.slots).filter(|(_, s)| self.near[s[s.len() / 2] as usize]);
@@ -47,13 +48,13 @@ impl<const D: usize> Walls<D> {
             });
             let means = surface.mean_places(|add| {
                 for (m, x) in near.clone() {
-                    let give = |node, weight, flips| add(node, m * weight, stencil.mirror(grid, x, flips));
+                    let give = |node, weight, mirrored| add(node, m * weight, stencil.mirror(grid, x, mirrored));
                     stencil.for_each(grid, x, give);
                 }
             });
             surface.tilt(&means);
         }
-        self.reactions[field].surface = surface;
+        self.field_reactions[field].surface = surface;
     }
 
     /// True where sliding along an obstacle is resisted.
@@ -65,8 +66,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The feet of the particles that may touch an obstacle during the step; one that binds holds the body between
-    /// them, and only stops particles that creep towards it.
+    /// Points of obstacles' surfaces beside the particles that may touch them in this step. An obstacle that binds
+    /// holds the body at points of its own already; there these only stop particles that creep towards it.
     fn points_of_particles(
         &self,
         grid: &Grid<D>,
@@ -99,7 +100,7 @@ impl<const D: usize> Walls<D> {
         let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
-        let solved = self.reactions[field].surface.solve(
+        let solved = self.field_reactions[field].surface.solve(
             |node| velocity(&nodes[node]),
             |point| self.wall_at(point, t),
             |_| Vector::ZERO,
@@ -116,7 +117,7 @@ impl<const D: usize> Walls<D> {
         nodes: &mut [Node<D>],
         step: &LeapfrogStep,
     ) -> f64 {
-        let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
+        let (dt, surface) = (step.momentum_dt, &self.field_reactions[field].surface);
         let law = |state: &ImpulseIterate<'_, D>| {
             let allowed = if state.point.lasts { 0.0 } else { state.point.gap.max(0.0) / dt };
             state.constrained(state.point.law(self.kind(state.point)), allowed)
@@ -131,7 +132,7 @@ impl<const D: usize> Walls<D> {
             nodes[node].momentum += sum;
             nodes[node].force += sum / dt;
         }
-        let surface = &mut self.reactions[field].surface;
+        let surface = &mut self.field_reactions[field].surface;
         let mut largest = 0.0_f64;
         for (point, &change) in zip(&mut surface.points, &solved.points) {
             point.force += change / dt;
@@ -139,7 +140,7 @@ impl<const D: usize> Walls<D> {
             largest = largest.max(point.force.norm() * dt);
         }
         for (side, kept) in solved.mirrored {
-            self.reactions[field].mirrored[side] -= kept / dt;
+            self.field_reactions[field].mirrored[side] -= kept / dt;
         }
         largest
     }
@@ -153,7 +154,7 @@ impl<const D: usize> Walls<D> {
         nodes: &mut [Node<D>],
         step: &LeapfrogStep,
     ) {
-        let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
+        let (dt, surface) = (step.momentum_dt, &self.field_reactions[field].surface);
         if !surface.points.iter().any(|point| point.held) {
             return;
         }
@@ -162,13 +163,13 @@ impl<const D: usize> Walls<D> {
             point.lasts || point.held && approach < 0.0 && point.gap + dt * approach <= 0.0
         };
         let lasts: Vec<bool> = surface.velocities(|node| velocity(&nodes[node])).map(lasts).collect();
-        let surface = &mut self.reactions[field].surface;
+        let surface = &mut self.field_reactions[field].surface;
         zip(&mut surface.points, lasts).for_each(|(point, lasts)| point.lasts = lasts);
         let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.lasts { state.stopped() } else { state.impulse }
         };
         let before = |node: usize| (nodes[node].momentum - nodes[node].force * dt) / nodes[node].mass;
-        let solved = self.reactions[field].surface.solve(
+        let solved = self.field_reactions[field].surface.solve(
             before,
             |point| self.wall_at(point, step.before()),
             |_| Vector::ZERO,
@@ -180,7 +181,7 @@ impl<const D: usize> Walls<D> {
     /// Changes p⁻, and p̄ with it.
     fn change_start(&mut self, field: usize, nodes: &mut [Node<D>], solved: &SurfaceImpulses<D>) {
         solved.nodes.iter().for_each(|&(node, sum)| nodes[node].momentum += sum);
-        let reaction = &mut self.reactions[field];
+        let reaction = &mut self.field_reactions[field];
         for (point, &change) in zip(&reaction.surface.points, &solved.points) {
             reaction.start_change[point.boundary as usize] += change;
         }
@@ -229,9 +230,9 @@ impl<const D: usize> Walls<D> {
         field: usize,
         velocity: &mut [Vector<D>],
         walls: &dyn Fn(&SurfacePoint<D>) -> Vector<D>,
-        law: Law<'_, D>,
+        law: ImpulseLaw<'_, D>,
     ) -> SurfaceImpulses<D> {
-        let surface = &self.reactions[field].surface;
+        let surface = &self.field_reactions[field].surface;
         let solved = surface.solve(|node| velocity[node], walls, |_| Vector::ZERO, law);
         for &(node, sum) in &solved.nodes {
             velocity[node] += sum * surface.inverse_mass_of(node);
@@ -242,7 +243,7 @@ impl<const D: usize> Walls<D> {
     /// The impulses at points, with the velocity of the boundaries at time `t`.
     fn pushes_of(&self, field: usize, solved: &SurfaceImpulses<D>, t: f64) -> Pushes<D> {
         let mut pushes = self.pushes();
-        for (point, &impulse) in zip(&self.reactions[field].surface.points, &solved.points) {
+        for (point, &impulse) in zip(&self.field_reactions[field].surface.points, &solved.points) {
             pushes.add(point.boundary, impulse, self.wall_at(point, t));
         }
         solved.mirrored.iter().for_each(|&(side, kept)| pushes.add(side as u32, -kept, Vector::ZERO));
@@ -251,7 +252,7 @@ impl<const D: usize> Walls<D> {
 
     /// The particles whose feet are in contact, in order.
     pub(in crate::mpm::wall) fn record_particle_contacts(&mut self) {
-        for reaction in &mut self.reactions {
+        for reaction in &mut self.field_reactions {
             let touching = reaction.surface.points.iter().filter(|point| point.touches);
             reaction.particle_contacts_before.clear();
             reaction
@@ -327,7 +328,7 @@ mod tests {
             let (grid, mut walls, mut nodes) = floor(WallKind::Slip, height);
             let none = Bodies { all: Vec::new(), shielded: &|_, _, _| false };
             walls.find_surface(&grid, 0, &nodes, &none, &step());
-            let points = walls.reactions[0].surface.points.clone();
+            let points = walls.field_reactions[0].surface.points.clone();
             assert_eq!(points.len(), 13, "one point per node along the floor");
             for point in &points {
                 walls.stencil.for_each(&grid, point.place, |node, weight, _| {
@@ -337,7 +338,7 @@ mod tests {
             walls.surface_start(0, &mut nodes, 0.0);
             let left = nodes.iter().map(|node| node.momentum.norm()).fold(0.0, f64::max);
             assert!(left < 7e-3, "{left} at {height}");
-            assert!((walls.reactions[0].start_change[4][1] - 7.0 * 13.0).abs() < 0.02 * 7.0);
+            assert!((walls.field_reactions[0].start_change[4][1] - 7.0 * 13.0).abs() < 0.02 * 7.0);
         }
     }
 
@@ -358,9 +359,9 @@ mod tests {
                 let foot = SurfaceFoot { boundary: 4, place: Vector([x, 2.3 * CELL]), normal: Vector([0.0, 1.0]) };
                 SurfacePoint::new(foot, particle, gap)
             };
-            let mut surface = std::mem::take(&mut walls.reactions[0].surface);
+            let mut surface = std::mem::take(&mut walls.field_reactions[0].surface);
             surface.find(&grid, &walls.stencil, &nodes, (0..40).map(point));
-            walls.reactions[0].surface = surface;
+            walls.field_reactions[0].surface = surface;
             let energy = |nodes: &[Node<2>]| -> f64 {
                 let moving = nodes.iter().filter(|node| node.mass > 0.0);
                 moving.map(|node| 0.5 * node.momentum.norm_squared() / node.mass).sum()
@@ -369,7 +370,7 @@ mod tests {
             let (before, momentum) = (energy(&nodes), sum(&nodes));
             walls.surface_trial(0, &mut nodes, &step());
             assert!(energy(&nodes) < before, "{kind:?}: {before} becomes {}", energy(&nodes));
-            let booked: Vector<2> = walls.reactions[0].surface.points.iter().map(|point| point.force * 0.1).sum();
+            let booked: Vector<2> = walls.field_reactions[0].surface.points.iter().map(|point| point.force * 0.1).sum();
             assert!((sum(&nodes) - momentum - booked).norm() < 1e-12, "{kind:?}");
             assert!(kind.binds() || booked[1] > 0.0);
         }

@@ -30,18 +30,18 @@ pub struct InflowDepth {
 }
 
 impl InflowDepth {
-    /// From the state at the start of a step that the carrier v* [m/s] makes. The particles behind facets at which an
-    /// interface begins take their distance from these as their depth.
+    /// From the state at the start of a step that the convecting velocity v* [m/s] makes. The particles behind facets
+    /// at which an interface begins take their distance from these as their depth.
     pub fn new<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         set: &LevelSet,
         openings: &[OpenFacet<D>],
-        carrier: &[Vector<D>],
+        convecting: &[Vector<D>],
         particles: &mut Particles<D>,
     ) -> Self {
         let mut interface = InterfacePolygons::new(mesh, &set.level);
         let fronts: Vec<Facet> =
-            openings.iter().filter(|opening| is_front(mesh, set, opening, carrier)).map(|o| o.facet).collect();
+            openings.iter().filter(|opening| is_front(mesh, set, opening, convecting)).map(|o| o.facet).collect();
         if !fronts.is_empty() {
             let fronts = InterfacePolygons::of_facets(mesh, &fronts);
             set.limit_depths(mesh, &fronts.distances(mesh, set.band), particles);
@@ -58,10 +58,10 @@ fn is_front<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     set: &LevelSet,
     opening: &OpenFacet<D>,
-    carrier: &[Vector<D>],
+    convecting: &[Vector<D>],
 ) -> bool {
     let (area, nodes) = (mesh.facet_area(opening.facet), mesh.facet_nodes(opening.facet));
-    let comes_in = nodes.iter().map(|&node| carrier[node as usize].dot(area)).sum::<f64>() < 0.0;
+    let comes_in = nodes.iter().map(|&node| convecting[node as usize].dot(area)).sum::<f64>() < 0.0;
     let there: [f64; D] = std::array::from_fn(|k| set.level[nodes[k] as usize]);
     let inside = |phi: &[f64; D]| phi.iter().sum::<f64>() < 0.0;
     comes_in && !is_cut(&there) && !is_cut(&opening.inflow_level) && inside(&there) != inside(&opening.inflow_level)

@@ -10,8 +10,8 @@ use crate::parallel;
 use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 
-/// Part of the mean φ of its neighbours that a node takes when it changes sides: it isn't to change back for a little
-/// shift.
+/// Part of the mean φ of its neighbours that a node takes when it changes sides: small enough not to move the
+/// interface, large enough that a small shift of φ doesn't flip the node again.
 const TAKEN: f64 = 1e-3;
 
 /// Gives isolated nodes the side of their neighbours; returns their number.

@@ -59,16 +59,18 @@ const BAND: f64 = CORRECTION_BAND + 4.0;
 /// Steps between two measurements of the depths (theory G.3).
 const MEASURED_EVERY: usize = 10;
 
-/// A stretch that is taken away as a whole (theory G.3); of smaller ones the square of their part of it: each
-/// measurement moves the line a little, and waves that stretch depths to and fro need none.
+/// |∇φ| − 1 from which on a measurement removes the whole stretch; of a smaller one it removes the part
+/// ((|∇φ| − 1)/STRETCHED)² (theory (G.4)). Each measurement moves the interface a little, and waves that stretch depths
+/// to and fro need none.
 const STRETCHED: f64 = 0.3;
 
 /// Depths differ from the distance to the polygons by at most this part of an edge: near ridges of φ, as in the middle
 /// of a film, its slope means nothing.
 const SLACK: f64 = 0.1;
 
-/// The depth of what flows in is that of the inlet where the line of the state agrees with it within this part of an
-/// edge; where it doesn't, another line is near: one that moves away from the inlet, or comes to it.
+/// What flows in has the depth that the inlet gives it, if that differs from the distance to the present interface by
+/// no more than this part of an edge. Otherwise another interface is near the inlet, and its distance counts (theory
+/// (G.6)).
 const AGREES: f64 = 0.5;
 
 /// The pseudo level set of Becker (37) from the fraction of the fluid inside: 1 − 2f.
@@ -217,7 +219,15 @@ impl LevelSet {
         parallel::collect(elements, parallel::CHUNK, |e| mesh.elements()[e].iter().any(|&n| node[n as usize]))
     }
 
-    /// Measures the depths anew.
+    /// Measures the depths d of the particles that φ shows in their fluid anew (theory (G.4)):
+    ///
+    /// ```text
+    /// far    d ← s D                                    D: signed distance from the polygons where φ = 0
+    /// near   d ← d + r (u − d), |d − s D| ≤ slack, d ≥ 0
+    ///        u = s D̃ + (d − s φ)/ψ,   r = min(1, ((ψ − 1)/STRETCHED)²)
+    /// ```
+    ///
+    /// with the sign s of the fluid, the straightened level set D̃ and the slope ψ = |∇φ| of the nodes around.
     fn measure<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, particles: &mut Particles<D>) {
         let interface = InterfacePolygons::new(mesh, &self.level);
         self.age = 0;
@@ -228,26 +238,25 @@ impl LevelSet {
         // Signed, so that in cut elements, too, the distance of a plane is linear.
         let mut distance = interface.distances(mesh, self.band);
         distance.iter_mut().zip(&self.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
-        let (straight, slope) = (self.straightened(mesh), self.slopes(mesh));
+        let (straightened, slope) = (self.straightened(mesh), self.slopes(mesh));
         let slack = SLACK * interface.longest_edge();
         let Particles { position, element, phase, depth, .. } = particles;
         parallel::change(depth, 256, |p, depth| {
             let e = element[p] as usize;
             let place = MeshPoint { element: e, shape: mesh.shape_functions(e, position[p]) };
-            let (sign, shown) = (self.sign(phase[p]), value(mesh, &place, &self.level));
-            if sign * shown < 0.0 {
+            let (sign, phi) = (self.sign(phase[p]), value(mesh, &place, &self.level));
+            if sign * phi < 0.0 {
                 return;
             }
-            let away = sign * value(mesh, &place, &distance);
-            let stretch = value(mesh, &place, &slope);
-            let part = ((stretch - 1.0) / STRETCHED).powi(2).min(1.0);
-            let unbent =
-                known(mesh, &place, &straight).map(|straight| sign * straight + (*depth - sign * shown) / stretch);
-            *depth =
-                match unbent.filter(|unbent| away < CORRECTION_BAND * interface.longest_edge() && unbent.is_finite()) {
-                    Some(unbent) => (*depth + part * (unbent - *depth)).clamp(away - slack, away + slack).max(0.0),
-                    None => away,
-                };
+            let far_depth = sign * value(mesh, &place, &distance);
+            let is_near = far_depth < CORRECTION_BAND * interface.longest_edge();
+            let psi = value(mesh, &place, &slope);
+            let unstretched =
+                known(mesh, &place, &straightened).map(|straight| sign * straight + (*depth - sign * phi) / psi);
+            *depth = match unstretched.filter(|u| is_near && u.is_finite()) {
+                Some(u) => near_depth(*depth, u, psi).clamp(far_depth - slack, far_depth + slack).max(0.0),
+                None => far_depth,
+            };
         });
     }
 
@@ -260,6 +269,13 @@ impl LevelSet {
         };
         parallel::collect(mesh.nodes().len(), 256, slope)
     }
+}
+
+/// d + r (u − d): the depth `d` [m] and what it would be without the stretch, `u` [m], by the slope `psi` of φ (theory
+/// (G.4)).
+fn near_depth(d: f64, u: f64, psi: f64) -> f64 {
+    let r = ((psi - 1.0) / STRETCHED).powi(2).min(1.0);
+    d + r * (u - d)
 }
 
 /// Σ N_i f_i, if all are known.

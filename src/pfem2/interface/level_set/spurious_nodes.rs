@@ -11,7 +11,8 @@ use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
 use std::collections::BTreeSet;
 
-/// Part of φ, with the other sign, that a reverted node keeps: it isn't to change again for a little shift.
+/// Part of φ, with the other sign, that a reverted node keeps: small enough not to move the interface, large enough
+/// that a small shift of φ doesn't flip the node again.
 const KEPT: f64 = 1e-3;
 
 /// The level set before a step, and all that could bring nodes to its other side.
@@ -37,14 +38,14 @@ pub fn revert_spurious_nodes<const D: usize, const N: usize>(
     let changed = |node: usize| (level[node] < 0.0) != (origins.before[node] < 0.0) && !region.is_covered(node);
     let alone = |node: usize| !origins.explain(mesh, node, level[node] < 0.0);
     let of_these = |node: usize| (changed(node) && alone(node)).then_some(node);
-    let mut unborn = BTreeSet::from_iter(parallel::collect_some(level.len(), parallel::CHUNK, of_these));
-    if unborn.is_empty() {
+    let mut without_origin = BTreeSet::from_iter(parallel::collect_some(level.len(), parallel::CHUNK, of_these));
+    if without_origin.is_empty() {
         return 0;
     }
     for opening in origins.openings {
         for (node, brought) in mesh.facet_nodes(opening.facet).into_iter().zip(opening.inflow_level) {
             if (brought < 0.0) == (level[node as usize] < 0.0) {
-                unborn.remove(&(node as usize));
+                without_origin.remove(&(node as usize));
             }
         }
     }
@@ -53,16 +54,16 @@ pub fn revert_spurious_nodes<const D: usize, const N: usize>(
         let joins = |&node: &usize| {
             let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
             let mut same = around.map(|other| other as usize).filter(|&k| (level[k] < 0.0) == (level[node] < 0.0));
-            same.any(|other| !unborn.contains(&other) && !region.is_covered(other))
+            same.any(|other| !without_origin.contains(&other) && !region.is_covered(other))
         };
-        let joined: Vec<usize> = unborn.iter().copied().filter(joins).collect();
+        let joined: Vec<usize> = without_origin.iter().copied().filter(joins).collect();
         if joined.is_empty() {
             break;
         }
-        unborn.retain(|node| !joined.contains(node));
+        without_origin.retain(|node| !joined.contains(node));
     }
-    unborn.iter().for_each(|&node| level[node] *= -KEPT);
-    unborn.len()
+    without_origin.iter().for_each(|&node| level[node] *= -KEPT);
+    without_origin.len()
 }
 
 impl<const D: usize> Origins<'_, D> {

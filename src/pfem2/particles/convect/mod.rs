@@ -18,7 +18,7 @@ pub(in crate::pfem2) use eight::Rates;
 pub use projectile::Continued;
 pub use streamline::{End, MeshPoint, Walk};
 
-use super::{GONE, Particles};
+use super::{GONE, Particles, interpolate_nodal};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
@@ -49,8 +49,18 @@ pub struct Projectiles<'a, const D: usize> {
     pub fluids: &'a [bool],
     /// Level set at the nodes, negative in these fluids [m].
     pub level: &'a [f64],
-    /// Gravity [m/s²].
-    pub gravity: Vector<D>,
+    /// Body force at the nodes [m/s²].
+    pub body_force: &'a [Vector<D>],
+}
+
+impl<const D: usize> Projectiles<'_, D> {
+    /// The body force at a point of an element, from its shape functions and nodes [m/s²]; one that is the same at all
+    /// nodes is that to the last bit.
+    pub(super) fn body_force_at<const N: usize>(&self, shape: &[f64; N], nodes: &[u32; N]) -> Vector<D> {
+        let first = self.body_force[nodes[0] as usize];
+        let is_uniform = nodes.iter().all(|&node| self.body_force[node as usize] == first);
+        if is_uniform { first } else { interpolate_nodal(shape, nodes, self.body_force) }
+    }
 }
 
 /// Counts of particles that left the mesh or stopped.
@@ -77,8 +87,7 @@ impl<const D: usize> Particles<D> {
         fate
     }
 
-    /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of Becker (34). [`Particles::sort`]
-    /// has to follow.
+    /// Moves all particles along the streamlines for `dt` [s]. [`Particles::sort`] has to follow.
     pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> ConvectionCounts {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
@@ -94,6 +103,7 @@ impl<const D: usize> Particles<D> {
                 seen: 0,
                 fate: ConvectionCounts::default(),
             };
+            // Becker (35), exactly, in place of the integral of Becker (34).
             if let Some((rule, field)) = &heavy {
                 group.heavy = Some((rule, field, true));
                 travel(mesh, &field.rates, [dt, 1.0], &mut group);
@@ -115,7 +125,7 @@ struct Group<'a, const D: usize, const N: usize> {
     element: &'a mut [u32],
     velocity: &'a [Vector<D>],
     phase: &'a [u8],
-    /// Particles before this one have set out, or are not of this journey.
+    /// Next particle to look at; those before it have been traced, or are left out of this pass.
     seen: usize,
     fate: ConvectionCounts,
 }
@@ -234,8 +244,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
         time: f64,
     ) -> Walk<N> {
         let stream = Stream { velocity: &field.velocity, sign: 1.0 };
-        let mut projectile =
-            Projectile { stream, carried: &field.carried, velocity, is_projectile: false, gravity: rule.gravity };
+        let mut projectile = Projectile { stream, carried: &field.carried, velocity, rule, body_force: None };
         walk(self.mesh, &mut projectile, from, time, |e, k| self.holds(e, k))
     }
 

@@ -3,12 +3,14 @@
 //!
 //! ```text
 //! near nodes with φ < 0      w = Σ N_i v_i,  v_i of nodes with φ ≥ 0 taken from their heavy neighbours
-//! elsewhere                  w = v_p + g (t − t_0)
+//! elsewhere                  w = v_p + b (t − t_0)
 //! ```
+//! with the body force b where the particle enters an element.
 //!
 //! The source divides Σ_{φ<0} N_i v_i by Σ_{φ<0} N_i instead, which is a velocity continued as a constant too; with
 //! the values continued at the nodes it stays affine in every element, so that the same exact walk serves.
 
+use super::Projectiles;
 use super::crossing::TERMS;
 use super::eight::Rates;
 use super::streamline::{GlidingFacets, MeshPoint, Motion, Stream, Taylor};
@@ -53,30 +55,32 @@ pub(super) struct Projectile<'a, const D: usize> {
     pub carried: &'a [bool],
     /// Velocity in flight [m/s].
     pub velocity: Vector<D>,
-    /// True if the last part of the way was a flight.
-    pub is_projectile: bool,
-    /// Gravity [m/s²].
-    pub gravity: Vector<D>,
+    /// The rule that it follows.
+    pub rule: &'a Projectiles<'a, D>,
+    /// Body force on the last part of the way, if that was a flight [m/s²].
+    pub body_force: Option<Vector<D>>,
 }
 
 impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &GlidingFacets<D, N>) -> Taylor<N> {
-        self.is_projectile = !self.carried[place.element];
-        if !self.is_projectile {
+        if self.carried[place.element] {
+            self.body_force = None;
             // Becker (36), where φ < 0.
             return self.stream.taylor(mesh, place, walls);
         }
+        let b = self.rule.body_force_at(&place.shape, &mesh.elements()[place.element]);
+        self.body_force = Some(b);
         let gradient = &mesh.simplex(place.element).gradient;
         let rate = |v: Vector<D>| walls.project(gradient, gradient.map(|g| g.dot(v)));
         let mut terms = [[0.0; N]; TERMS];
-        // Becker (36), where φ > 0: v_p + g (t − t_0); theory (G.27).
-        terms[..3].copy_from_slice(&[place.shape, rate(self.velocity), rate(self.gravity * 0.5)]);
+        // Becker (36), where φ > 0: v_p + b (t − t_0); theory (G.27).
+        terms[..3].copy_from_slice(&[place.shape, rate(self.velocity), rate(b * 0.5)]);
         Taylor { terms, reach: f64::INFINITY }
     }
 
     fn elapse(&mut self, time: f64) {
-        if self.is_projectile {
-            self.velocity += self.gravity * time;
+        if let Some(b) = self.body_force {
+            self.velocity += b * time;
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::pfem2::interface::FluidRegion;
+use crate::pfem2::particles::correct::{Correction, Flying};
 use std::f64::consts::{PI, TAU};
 
 const OPEN: [BoundaryKind; 1] = [BoundaryKind::Outlet];
@@ -229,16 +230,54 @@ fn a_heavy_particle_far_from_its_fluid_flies_a_parabola() {
     let boundary = kinds(&mesh, BoundaryKind::Wall);
     let (light, gravity) = (nodal(&mesh, vortex), Vector([0.0, -2.0]));
     let level = vec![1.0; mesh.nodes().len()];
-    let rule = Projectiles { fluids: &[false, true], level: &level, gravity };
+    let body_force = vec![gravity; mesh.nodes().len()];
+    let rule = Projectiles { fluids: &[false, true], level: &level, body_force: &body_force };
     let flow = Flow { velocity: &light, boundary: &boundary, projectiles: Some(rule) };
     let start = Vector([0.31, 0.57]);
     let throw = Vector([0.5, 0.6]);
-    let mut particles = Particles::seed(&mesh, 1, |_| None, |x| x);
-    let element = crate::mesh::Locator::new(&mesh).locate(&mesh, start, 0).element().unwrap();
-    particles.push(start, throw, 1, element as u32);
-    particles.sort();
+    let mut particles = thrown(&mesh, start, throw);
     particles.convect(&Streamlines::new(&mesh, &flow), 0.5);
     assert!((particles.position[0] - (start + throw * 0.5 + gravity * 0.125)).norm() < 1e-13);
+}
+
+/// One particle of the heavy fluid, phase 1.
+fn thrown(mesh: &Mesh<2, 3>, start: Vector<2>, velocity: Vector<2>) -> Particles<2> {
+    let mut particles = Particles::seed(mesh, 1, |_| None, |x| x);
+    let element = crate::mesh::Locator::new(mesh).locate(mesh, start, 0).element().unwrap();
+    particles.push(start, velocity, 1, element as u32);
+    particles.sort();
+    particles
+}
+
+/// With b = k (x − x_c) e_x a particle that starts at rest at x_0 is at x_c + (x_0 − x_c) cosh(√k t). The force is
+/// taken anew where it enters an element: an error of the size of the elements.
+#[test]
+fn a_heavy_particle_flies_in_the_body_force_where_it_is() {
+    let (k, middle, time) = (4.0_f64, 0.4, 0.7);
+    let start = Vector([0.5, 0.33]);
+    let end = Vector([middle + (start[0] - middle) * (k.sqrt() * time).cosh(), start[1]]);
+    let [coarse, fine] = [10, 40].map(|cells| {
+        let mesh = square(cells);
+        let boundary = kinds(&mesh, BoundaryKind::Wall);
+        let (still, level) = (vec![Vector::ZERO; mesh.nodes().len()], vec![1.0; mesh.nodes().len()]);
+        let body_force = nodal(&mesh, |x| Vector([k * (x[0] - middle), 0.0]));
+        let rule = Projectiles { fluids: &[false, true], level: &level, body_force: &body_force };
+        let flow = Flow { velocity: &still, boundary: &boundary, projectiles: Some(rule) };
+        let mut particles = thrown(&mesh, start, Vector::ZERO);
+        particles.convect(&Streamlines::new(&mesh, &flow), time);
+        (particles.position[0] - end).norm()
+    });
+    assert!(coarse < 0.03 && fine < 0.5 * coarse, "{coarse} {fine}");
+    // A fall: dt b (1 − ρ_l/ρ_h), with b where the particle is.
+    let mesh = square(10);
+    let (still, level) = (vec![Vector::ZERO; mesh.nodes().len()], vec![1.0; mesh.nodes().len()]);
+    let body_force = nodal(&mesh, |x| Vector([k * (x[0] - middle), 0.0]));
+    let rule = Projectiles { fluids: &[false, true], level: &level, body_force: &body_force };
+    let projectiles = Some(Flying { rule, falling: 0.1 });
+    let correction = Correction { increment: &[&still, &still], velocity: &still, filter: 0.0, projectiles };
+    let mut particles = thrown(&mesh, start, Vector::ZERO);
+    particles.correct(&mesh, &correction);
+    assert!((particles.velocity[0] - Vector([0.1 * k * (start[0] - middle), 0.0])).norm() < 1e-14);
 }
 
 #[test]

@@ -22,7 +22,8 @@ use crate::pfem2::solid::surface::SolidSurface;
 /// A step is solved anew where an elastic solid comes nearer than the gap by this part of it, and no contact acts.
 pub(in crate::pfem2::solid) const DEPTH: f64 = 0.01;
 
-/// After so many solutions of a step the fluid has a share in the search for contacts that push.
+/// Most searches in a step with the forces of the fluid frozen. After these, the contacts that act follow from the
+/// coupled solutions of the step alone (theory J.8).
 const SEARCHES: usize = 8;
 
 /// Solutions of the equations of solids in one search.
@@ -130,10 +131,10 @@ impl<const D: usize> StepContacts<D> {
         step: ThetaStep,
         structure: &Structure<D>,
         mesh: &Mesh<D, N>,
-        about: &ContactPrediction<'_, D>,
+        predicted_step: &ContactPrediction<'_, D>,
         equations: &mut SolidEquations,
     ) -> Result<(), StepError> {
-        let &ContactPrediction { prediction, surface, last, anew } = about;
+        let &ContactPrediction { prediction, surface, last, anew } = predicted_step;
         let Prediction { displacement_hat, displacement, .. } = prediction;
         let SolidState { velocity, velocity_previous, acceleration, .. } = &structure.state;
         let [start, predicted] = [&structure.state.displacement, displacement].map(|u| structure.positions(u));
@@ -180,12 +181,15 @@ impl<const D: usize> StepContacts<D> {
     /// there are none.
     pub fn change(&mut self, solution: &SolutionVelocities<D>, equations: &mut SolidEquations) -> bool {
         let before = self.active();
+        // The next iterate of the search by coupled solutions. It goes on with each of them, used or not.
         self.search.take_solution(&mut self.contacts.elastic(), &solution.nodal);
-        let pushing = self.active();
+        let coupled = self.active();
         if self.search.solutions() <= SEARCHES {
+            // The solids alone find their contacts, from those that acted in the solution on; the coupled search
+            // decides only where they have no solution without the fluid.
             self.set_active(&before);
             if self.search_without_fluid(solution, equations).is_none() {
-                self.set_active(&pushing);
+                self.set_active(&coupled);
             }
         }
         self.replace(equations);
@@ -263,14 +267,14 @@ impl<const D: usize> StepContacts<D> {
         }
     }
 
-    /// Forces of contacts on nodes but for impulses, at the velocities of nodes at the end of a step [m/s] [N].
+    /// Forces of contacts on nodes but for impulses [N], from the velocities of nodes at the end of a step [m/s].
     pub fn forces(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
         let lasting = self.contacts.acting().filter(|contact| contact.impulse().is_none());
         lasting.flat_map(|contact| contact.nodal_forces(&velocity)).collect()
     }
 
-    /// Impulses of contacts on nodes, as forces that act for Δ, at the velocities of nodes at the end of a step [m/s]
-    /// [N].
+    /// Impulses of contacts on nodes, as forces that act for Δ [N], from the velocities of nodes at the end of a step
+    /// [m/s].
     pub fn impulses(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
         let impulses = self.contacts.acting().filter(|contact| contact.impulse().is_some());
         impulses.flat_map(|contact| contact.nodal_forces(&velocity)).collect()

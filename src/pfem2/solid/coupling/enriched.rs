@@ -114,9 +114,10 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
         }
     }
 
-    /// K̂ = K_ss − K_se K_ee⁻¹ K_es and f̂ = f_s − K_se K_ee⁻¹ f_e: Becker (32), (33), theory (G.17).
+    /// K̂ = K_ss − K_se K_ee⁻¹ K_es and f̂ = f_s − K_se K_ee⁻¹ f_e (theory (G.17)).
     fn condense(self, element: &mut CoupledElement<D, N>) {
         let inverse = inverse_of_semidefinite(self.matrix);
+        // Becker (32), (33).
         for (k, column) in self.columns.iter().enumerate() {
             let amount: f64 = inverse[k].iter().zip(&self.load).map(|(entry, load)| entry * load).sum();
             element.add_enriched_load(&column.nodes, &column.solid, amount);

@@ -43,7 +43,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
                 (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
                 (ElementState::Fluid, _) => {
                     let is_plain = |behind| !held.contains_key(&behind);
-                    let beyond = CornersBeyondNodes::new(mesh, self, (element, corners), is_plain);
+                    let beyond = CornersBeyondNodes::new(mesh, self, element, corners, is_plain);
                     beyond.and_then(|beyond| self.keep_corners_beyond_nodes(mesh, surface, &beyond))
                 }
                 (ElementState::Solid, _) => None,

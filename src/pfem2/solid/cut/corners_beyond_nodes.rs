@@ -38,7 +38,8 @@ impl<'a, const D: usize> CornersBeyondNodes<'a, D> {
     pub fn new<const N: usize>(
         mesh: &Mesh<D, N>,
         cut: &SolidCut<D, N>,
-        (element, corners): (usize, &'a [SurfaceCorner<D>]),
+        element: usize,
+        corners: &'a [SurfaceCorner<D>],
         plain: impl Fn(usize) -> bool,
     ) -> Option<Self> {
         let (mut way, mut element, mut entry) = (Vec::new(), element, None);

@@ -309,7 +309,7 @@ impl<const D: usize> Structure<D> {
         }
     }
 
-    /// A number of each solid, at each of its nodes.
+    /// `of(solid)` for each node of each solid.
     pub(in crate::pfem2::solid) fn by_node(&self, of: impl Fn(&SolidSetup<D>) -> f64) -> Vec<f64> {
         self.setups.iter().flat_map(|setup| vec![of(setup); setup.mesh.nodes.len()]).collect()
     }
@@ -328,7 +328,7 @@ impl<const D: usize> Structure<D> {
         }
     }
 
-    /// A matrix with the places of the equations times a column of all nodes.
+    /// The product of a matrix with the sparsity pattern of the equations and a nodal vector.
     pub(in crate::pfem2::solid) fn product(&self, matrix: &SparseMatrix, x: &[Vector<D>]) -> Vec<Vector<D>> {
         let x: Vec<f64> = x.iter().flat_map(|x| x.0).collect();
         let mut rows = vec![0.0; x.len()];
@@ -352,7 +352,7 @@ impl<const D: usize> Structure<D> {
         force
     }
 
-    /// A matrix with the places of the equations, full of zeros.
+    /// The zero matrix with the sparsity pattern of the equations.
     pub(in crate::pfem2::solid) fn zero_matrix(&self) -> SparseMatrix {
         self.mass.zero_blocks(D)
     }

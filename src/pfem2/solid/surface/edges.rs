@@ -64,6 +64,14 @@ impl<const D: usize> EdgePiece<D> {
     }
 }
 
+/// An edge of a solid.
+struct SharpEdge<const D: usize> {
+    /// Its nodes: an end, the middle, the other end.
+    nodes: [u32; 3],
+    /// Sum of the normals of its two facets.
+    normal: Vector<D>,
+}
+
 impl<const D: usize> SolidSurface<D> {
     /// The edges of all solids, in an order that the nodes give; none in two dimensions.
     pub fn sharp_edges(&self) -> Vec<EdgePiece<D>> {
@@ -73,29 +81,27 @@ impl<const D: usize> SolidSurface<D> {
         let mut sides: Vec<([u32; 3], Vector<D>)> = self.facets.iter().flat_map(sides).collect();
         sides.sort_by_key(|(nodes, _)| *nodes);
         let edge = |group: &[([u32; 3], Vector<D>)]| match group {
-            [(nodes, first), (_, second)] if first.dot(*second) < EDGE_COSINE => Some((*nodes, *first + *second)),
+            [(nodes, first), (_, second)] if first.dot(*second) < EDGE_COSINE => {
+                Some(SharpEdge { nodes: *nodes, normal: *first + *second })
+            }
             _ => None,
         };
         let is_finite = |nodes: &[u32; 3]| nodes.iter().all(|&node| self.positions[node as usize].is_finite());
-        let edges: Vec<([u32; 3], Vector<D>)> =
-            sides.chunk_by(|a, b| a.0 == b.0).filter_map(edge).filter(|(nodes, _)| is_finite(nodes)).collect();
+        let edges: Vec<SharpEdge<D>> =
+            sides.chunk_by(|a, b| a.0 == b.0).filter_map(edge).filter(|edge| is_finite(&edge.nodes)).collect();
         let mut meeting: BTreeMap<u32, usize> = BTreeMap::new();
         edges
             .iter()
-            .flat_map(|(nodes, _)| [nodes[0], nodes[2]])
+            .flat_map(|edge| [edge.nodes[0], edge.nodes[2]])
             .for_each(|node| *meeting.entry(node).or_default() += 1);
         let mut pieces = Vec::new();
-        edges.iter().for_each(|&edge| self.divide(edge, |node| meeting[&node] >= CORNER, &mut pieces));
+        edges.iter().for_each(|edge| self.divide(edge, |node| meeting[&node] >= CORNER, &mut pieces));
         pieces
     }
 
     /// Adds the pieces of an edge.
-    fn divide(
-        &self,
-        (nodes, normal): ([u32; 3], Vector<D>),
-        is_corner: impl Fn(u32) -> bool,
-        pieces: &mut Vec<EdgePiece<D>>,
-    ) {
+    fn divide(&self, edge: &SharpEdge<D>, is_corner: impl Fn(u32) -> bool, pieces: &mut Vec<EdgePiece<D>>) {
+        let &SharpEdge { nodes, normal } = edge;
         let x = nodes.map(|node| self.positions[node as usize]);
         let is_curved = (x[1] - (x[0] + x[2]) * 0.5).norm() > CURVED * (x[2] - x[0]).norm();
         let count = if is_curved { PIECES } else { 1 };

@@ -21,21 +21,22 @@ const STEPS: [usize; 2] = [400, 4000];
 /// Steps for a radian of the swing on a spring.
 const PER_RADIAN: f64 = 10.0;
 
-/// Places are kept a part of the solid's length or of the mesh's apart.
+/// Least distance between two poses that are kept, over the length of the solid and over that of the mesh: the larger
+/// distance counts.
 const APART: [f64; 2] = [0.1, 0.005];
 
 /// Parts of a displacement on springs that are looked at.
 const PARTS: usize = 16;
 
 /// Motion of a solid along an axis.
-enum AxisMotion {
+enum FlightAxis {
     /// By a prescribed velocity, at a place.
     Prescribed(Signal, [f64; 3]),
     /// By forces, and a spring of this stiffness [N/m].
     Free(f64),
 }
 
-impl AxisMotion {
+impl FlightAxis {
     /// Stiffness of the spring; zero without one [N/m].
     fn stiffness(&self) -> f64 {
         match self {
@@ -54,7 +55,7 @@ struct Flight<'a, const D: usize, const N: usize> {
     mass: f64,
     center: Vector<D>,
     velocity: Vector<D>,
-    axes: [AxisMotion; D],
+    axes: [FlightAxis; D],
     /// Least and largest displacement along each axis with which the solid stays in the box around the mesh [m].
     range: [[f64; 2]; D],
 }
@@ -118,7 +119,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
 
     /// True if nothing moves the solid.
     fn is_held(&self) -> bool {
-        let still = |motion: &AxisMotion| matches!(motion, AxisMotion::Prescribed(velocity, _) if velocity.is_zero());
+        let still = |motion: &FlightAxis| matches!(motion, FlightAxis::Prescribed(velocity, _) if velocity.is_zero());
         self.axes.iter().all(still) && self.setup.motion.spin.iter().flatten().all(Signal::is_zero)
     }
 
@@ -126,7 +127,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
     /// leads or holds it [m/s].
     fn poses(&self, with: Vector<D>) -> Vec<Pose<D>> {
         let (count, dt) = self.steps();
-        let is_loose = |axis: usize| matches!(self.axes[axis], AxisMotion::Free(0.0));
+        let is_loose = |axis: usize| matches!(self.axes[axis], FlightAxis::Free(0.0));
         let mut velocity = self.velocity + Vector::from_fn(|axis| if is_loose(axis) { with[axis] } else { 0.0 });
         let mut pose = Pose { shift: Vector::ZERO, rotation: Tensor::identity() };
         let (mut kept, mut farthest) = (vec![pose], pose);
@@ -146,18 +147,18 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
     /// Number and length [s] of the steps of a flight: to the end of the run, or over many swings.
     fn steps(&self) -> (usize, f64) {
         let end = self.around.file.time.end;
-        let omega = (self.axes.iter().map(AxisMotion::stiffness).fold(0.0, f64::max) / self.mass).sqrt();
+        let omega = (self.axes.iter().map(FlightAxis::stiffness).fold(0.0, f64::max) / self.mass).sqrt();
         let count = ((PER_RADIAN * omega * end) as usize).clamp(STEPS[0], STEPS[1]);
         (count, (end / count as f64).min(1.0 / (PER_RADIAN * omega)))
     }
 
     /// A step of `dt` [s] with its middle at `t` [s].
     fn advance(&self, pose: &mut Pose<D>, velocity: &mut Vector<D>, t: f64, dt: f64) {
-        let force = self.acceleration(pose.shift, t);
+        let acceleration = self.acceleration(pose.shift, t);
         for (axis, motion) in self.axes.iter().enumerate() {
             match motion {
-                AxisMotion::Prescribed(led, place) => velocity[axis] = led.value(*place, t),
-                AxisMotion::Free(k) => velocity[axis] += dt * (force[axis] - k / self.mass * pose.shift[axis]),
+                FlightAxis::Prescribed(led, place) => velocity[axis] = led.value(*place, t),
+                FlightAxis::Free(k) => velocity[axis] += dt * (acceleration[axis] - k / self.mass * pose.shift[axis]),
             }
             pose.shift[axis] += dt * velocity[axis];
             let inside = pose.shift[axis].clamp(self.range[axis][0], self.range[axis][1]);
@@ -194,7 +195,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
 
     /// Poses of a solid that goes to and fro on its springs in a stream.
     fn on_springs(&self, structure: &Structure<D>, number: usize, stream: &AmbientStream<D>) -> Vec<Pose<D>> {
-        let along = |(axis, motion): (usize, &AxisMotion)| {
+        let along = |(axis, motion): (usize, &FlightAxis)| {
             let stiffness = motion.stiffness();
             let e = Vector::<D>::unit(axis);
             let area = structure.frontal_shares(number, e).into_iter().sum::<Vector<D>>().dot(e);
@@ -218,13 +219,13 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
 
 /// Motion of a solid along an axis: where several things prescribe it that of the solid, then that of the first
 /// support.
-fn axis_motion<const D: usize>(setup: &SolidSetup<D>, axis: usize) -> AxisMotion {
+fn axis_motion<const D: usize>(setup: &SolidSetup<D>, axis: usize) -> FlightAxis {
     if let Some(velocity) = &setup.motion.velocity[axis] {
-        return AxisMotion::Prescribed(velocity.clone(), [0.0; 3]);
+        return FlightAxis::Prescribed(velocity.clone(), [0.0; 3]);
     }
     let held = setup.held.iter().find_map(|held| Some((held.velocity[axis].clone()?, *held.nodes.first()?)));
     match held {
-        Some((velocity, node)) => AxisMotion::Prescribed(velocity, setup.mesh.nodes[node as usize].to3()),
-        None => AxisMotion::Free(setup.springs.iter().map(|spring| spring.stiffness[axis]).sum()),
+        Some((velocity, node)) => FlightAxis::Prescribed(velocity, setup.mesh.nodes[node as usize].to3()),
+        None => FlightAxis::Free(setup.springs.iter().map(|spring| spring.stiffness[axis]).sum()),
     }
 }

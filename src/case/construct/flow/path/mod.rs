@@ -13,7 +13,7 @@ mod drifting;
 mod resolution;
 mod stream;
 
-use super::fluids::{InitialFluid, part_at};
+use super::fluids::{InitialBody, body_at};
 use crate::case::CaseFile;
 use crate::case::resolution::{MeshSizes, PathResolution};
 use crate::math::{Signal, Vector};
@@ -34,15 +34,15 @@ pub(super) struct SolidSurroundings<'a, const D: usize, const N: usize> {
     /// Conditions on the boundary of the mesh.
     pub boundaries: &'a [BoundarySetup<D>],
     pub fluids: &'a [FluidSetup],
-    /// Regions that the fluids fill at the start.
-    pub parts: &'a [InitialFluid],
+    /// The fluids in their regions at the start.
+    pub bodies: &'a [InitialBody],
     pub gravity: &'a [Signal],
 }
 
 impl<const D: usize, const N: usize> SolidSurroundings<'_, D, N> {
     /// Density of the fluid that fills a place at the start, or would without the solids [kg/m³]; zero where none is.
     fn density(&self, x: Vector<D>) -> f64 {
-        let fluid = part_at(self.parts, x).and_then(|part| self.fluids.get(self.parts[part].phase()));
+        let fluid = body_at(self.bodies, x).and_then(|body| self.fluids.get(self.bodies[body].phase()));
         fluid.map_or(0.0, |fluid| fluid.density)
     }
 

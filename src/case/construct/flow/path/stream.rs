@@ -86,7 +86,7 @@ fn prescribed<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) 
 
 /// Velocities of the fluids at the start [m/s].
 fn initial<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> impl Iterator<Item = Vector<D>> {
-    around.mesh.nodes().iter().map(|&x| velocity_at(around.parts, x))
+    around.mesh.nodes().iter().map(|&x| velocity_at(around.bodies, x))
 }
 
 /// The largest difference of pressures at openings, at all times of the run [Pa].

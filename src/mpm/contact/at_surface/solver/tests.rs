@@ -35,7 +35,7 @@ fn problem(last: f64, friction: Friction) -> Contacts {
             field: 0,
             body: 0,
             key: s,
-            members: 0,
+            members_end: 0,
             half_size: 0.0,
             nodes: [s % 7, (s + 3) % 7, (s + 3) % 7, (s + 3) % 7],
             weights: [0.6, 0.4, 0.0, 0.0],
@@ -43,7 +43,7 @@ fn problem(last: f64, friction: Friction) -> Contacts {
             arm: 0.0,
             gap: 1e-3 * (part(s + 300) - 0.5),
             allowed: 0.0,
-            end: solver.support_nodes.len() as u32,
+            support_end: solver.support_nodes.len() as u32,
             inverse_mass: Vector([0.38, 0.38]),
             free: EffectiveMass::default(),
             friction,
@@ -129,8 +129,8 @@ fn enough_sweeps_solve_the_problem() {
         let Contacts { solver, velocity, .. } = Contacts::solve_well(last);
         let mut start = 0;
         for contact in &solver.contacts {
-            let near = &solver.support_nodes[start as usize..contact.end as usize];
-            start = contact.end;
+            let near = &solver.support_nodes[start as usize..contact.support_end as usize];
+            start = contact.support_end;
             let opening = contact.opening(near, &solver.velocity, &velocity).dot(contact.normal) + contact.allowed;
             assert!(
                 opening > -1e-3 && (contact.normal_impulse == 0.0 || opening < 1e-3),
