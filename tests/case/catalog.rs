@@ -51,6 +51,7 @@ fn complaints(file: &Path) -> String {
     }
 }
 
+/// (Takes long, as every case is built with all its particles, and the modes of its solids are found.)
 #[test]
 fn every_case_folder_builds_without_unexpected_warnings() {
     let (files, next) = (cases(), AtomicUsize::new(0));

@@ -174,7 +174,8 @@ reduce = "top"
 "#;
 
 /// The state of solids, subscales and of the length of steps goes through the file of a checkpoint, too, twice: after a
-/// signal, and after a process that was killed within a step.
+/// signal, and after a process that was killed within a step. (Takes long, as it runs the case several times with a
+/// program that is hardly optimised.)
 #[test]
 #[cfg(unix)]
 fn a_flow_with_a_solid_resumed_after_signals_leaves_the_same_bytes() {

@@ -52,7 +52,8 @@ fn mean(values: &[f64]) -> f64 {
 
 /// Blocks on the floor and on each other come to rest half an element above what they stand on, and the floor bears
 /// both: rigid ones at once after a fall, elastic ones from a start in touch: after a fall nothing damps their bounces.
-/// Rigid ones don't rise after they have landed, but slowly to the gap, and are not pulled.
+/// Rigid ones don't rise after they have landed, but slowly to the gap, and are not pulled. (Takes long: they have to
+/// fall, and to rest, in space.)
 #[test]
 fn blocks_in_space_rest_half_an_element_above_floor_and_block() {
     for (young, drop) in [(1e7, 0.0), (0.0, 0.0), (0.0, 0.005)] {
