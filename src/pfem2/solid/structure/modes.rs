@@ -46,6 +46,13 @@ impl<const D: usize> Structure<D> {
     pub fn natural_modes(&self, count: usize) -> NaturalModes<D> {
         let velocities = self.independent_at_rest();
         let mut modes = NaturalModes::default();
+        let (small, large): (Vec<TiedSolids>, Vec<TiedSolids>) =
+            self.tied_solids(&velocities).into_iter().partition(|tied| tied.unknowns.len() <= UNKNOWNS);
+        let too_large = |tied: TiedSolids| tied.solids.into_iter().map(move |solid| (solid, tied.unknowns.len()));
+        modes.too_large = large.into_iter().flat_map(too_large).collect();
+        if small.is_empty() {
+            return modes;
+        }
         let Some(stiffness) = self.reference_stiffness() else { return modes };
         let reduced = |matrix: SparseMatrix, linear: LinearForces| {
             let rhs = vec![0.0; matrix.rows()];
@@ -57,11 +64,7 @@ impl<const D: usize> Structure<D> {
         self.springs.visit(&rest, |k, stiffness, _| springs.entries.push((k, k, stiffness)));
         let (stiffness, mass) =
             (reduced(stiffness, springs), reduced(self.nodal_mass_matrix(), LinearForces::default()));
-        for tied in self.tied_solids(&velocities) {
-            if tied.unknowns.len() > UNKNOWNS {
-                modes.too_large.extend(tied.solids.iter().map(|&solid| (solid, tied.unknowns.len())));
-                continue;
-            }
+        for tied in small {
             let [stiffness, mass] = [&stiffness, &mass].map(|matrix| matrix.of(&tied.unknowns));
             let own = lowest_modes(&stiffness, &mass, count).unwrap_or_default();
             modes.found.extend(self.modes_by_node(&own, &tied.unknowns, &velocities));
