@@ -97,7 +97,7 @@ impl Construction<'_> {
             Ok(sample) if spec.exact_volume => Some(sample.with_exact_volume(region, dimension)),
             Ok(sample) => Some(sample),
             Err(finding) => {
-                self.note(key, finding);
+                self.find(key, finding);
                 None
             }
         }

@@ -58,7 +58,7 @@ impl Construction<'_> {
         let facets = match spec.geometry.build(&self.case.source.base, self.case.file.dimension) {
             Ok(facets) => facets,
             Err(finding) => {
-                self.note(key, finding);
+                self.find(key, finding);
                 return None;
             }
         };

@@ -153,7 +153,7 @@ impl<'c> Construction<'c> {
 
 impl Construction<'_> {
     /// Notes a finding whose key is relative to `key`.
-    fn note(&mut self, key: &str, mut finding: Diagnostic) {
+    fn find(&mut self, key: &str, mut finding: Diagnostic) {
         finding.key = if finding.key.is_empty() { key.to_owned() } else { format!("{key}.{}", finding.key) };
         self.findings.push(finding);
     }
@@ -284,7 +284,7 @@ impl Construction<'_> {
         match shape.build(&self.case.source.base, self.case.file.dimension) {
             Ok(region) => Some(region),
             Err(finding) => {
-                self.note(key, finding);
+                self.find(key, finding);
                 None
             }
         }

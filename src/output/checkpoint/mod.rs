@@ -1,10 +1,10 @@
 //! Checkpoints: two generations of a self-describing file, written whole or not at all.
 //!
 //! A file starts with a text header that names every column (kind, components, bytes) and places its
-//! blocks, then holds the columns, each from a multiple of 64 bytes on, as zstd blocks of at most 1 MiB:
+//! blocks, then holds the columns, each from a multiple of 64 bytes on, as LZ4 blocks of at most 1 MiB:
 //!
 //! ```text
-//! lateen checkpoint 5 header 0000001234 crc 89abcdef
+//! lateen checkpoint 7 header 0000001234 crc 89abcdef
 //! program 0.1.0
 //! case "5be0cd19137e2179"
 //! step 1200
@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the file format and of the columns of the methods. Columns with other names, kinds or sizes are
 /// recognised; one that means something else than before needs another number.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 /// Version of the program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Bytes per block before compression.

@@ -5,6 +5,7 @@ use super::{FORMAT, VERSION};
 use crate::input;
 use crate::memory;
 use crate::simulation::{Column, Columns, OF_OUTPUT, Size};
+use lz4_flex::block;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -201,14 +202,14 @@ fn column_misfit(entry: &ColumnEntry, column: &Column<'_>) -> Option<String> {
 }
 
 /// Reads and checks the block that the file stands at.
-fn read_block(file: &mut impl Read, block: &BlockEntry, name: &str) -> Result<Vec<u8>, Trouble> {
-    let mut stored = vec![0; block.stored];
+fn read_block(file: &mut impl Read, entry: &BlockEntry, name: &str) -> Result<Vec<u8>, Trouble> {
+    let mut stored = vec![0; entry.stored];
     read_whole(file, &mut stored)?;
-    if crc32fast::hash(&stored) != block.crc {
+    if crc32fast::hash(&stored) != entry.crc {
         return Err(Trouble::Damaged(format!("a checksum of `{name}` does not fit")));
     }
-    match zstd::bulk::decompress(&stored, block.raw) {
-        Ok(raw) if raw.len() == block.raw => Ok(raw),
+    match block::decompress(&stored, entry.raw) {
+        Ok(raw) if raw.len() == entry.raw => Ok(raw),
         _ => Err(Trouble::Damaged(format!("a block of `{name}` does not decompress"))),
     }
 }
@@ -288,7 +289,7 @@ mod tests {
     fn a_file_that_would_grow_beyond_the_memory_is_refused() {
         let Some(free) = memory::free() else { return };
         let count = (2.0 * free / BLOCK as f64) as usize;
-        let stored = zstd::bulk::compress(&vec![0; BLOCK], 1).unwrap();
+        let stored = block::compress(&vec![0; BLOCK]);
         let block = BlockEntry { at: 0, stored: stored.len(), raw: BLOCK, crc: crc32fast::hash(&stored) };
         let origin = Origin { program: VERSION.into(), case: "case".into(), step: 1, time: 0.5 };
         let mut column = ColumnEntry::reserve("water.position", "f64", 1, 0);

@@ -4,10 +4,9 @@ use super::header::{BlockEntry, ColumnEntry, Header, Origin};
 use super::{ALIGNMENT, BLOCK};
 use crate::parallel;
 use crate::simulation::{Column, Columns};
+use lz4_flex::block;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// zstd level: about as fast as the disk.
-const LEVEL: i32 = 1;
 /// Blocks compressed together, in parallel; bounds the memory of the writer.
 const BATCH: usize = 16;
 
@@ -44,8 +43,7 @@ fn write_column(out: &mut (impl Write + Seek), bytes: &[u8], places: &mut [Block
     }
     let blocks: Vec<&[u8]> = bytes.chunks(BLOCK).collect();
     for (blocks, places) in blocks.chunks(BATCH).zip(places.chunks_mut(BATCH)) {
-        let compressed = parallel::collect(blocks.len(), 1, |n| zstd::bulk::compress(blocks[n], LEVEL));
-        let compressed: Vec<Vec<u8>> = compressed.into_iter().collect::<io::Result<_>>()?;
+        let compressed = parallel::collect(blocks.len(), 1, |n| block::compress(blocks[n]));
         for ((raw, stored), place) in blocks.iter().zip(&compressed).zip(places) {
             out.write_all(stored)?;
             *place = BlockEntry { at, stored: stored.len(), raw: raw.len(), crc: crc32fast::hash(stored) };

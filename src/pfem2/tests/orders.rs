@@ -203,7 +203,7 @@ fn the_shear_above_slabs_converges() {
 fn long_steps_take_hardly_more_iterations_than_steps_that_resolve_waves() {
     // Three elements over 0.1 m, E = 1 MPa, ρ = 1000 kg/m³.
     let crossing = 0.1 / 3.0 / (1e6_f64 / 1000.0).sqrt();
-    let iterations = [1.0, 100.0].map(|crossings| {
+    let iterations = [0.1, 1.0, 10.0, 100.0].map(|crossings| {
         let (dt, mut pfem) = (crossings * crossing, bar(4, 1e-3));
         let step = |k: u32| {
             pfem.step(f64::from(k) * dt, dt).unwrap();
@@ -211,5 +211,6 @@ fn long_steps_take_hardly_more_iterations_than_steps_that_resolve_waves() {
         };
         (0..4).map(step).sum::<usize>()
     });
-    assert!(4 * iterations[1] <= 5 * iterations[0], "{iterations:?}");
+    let [least, most] = [iterations.iter().min(), iterations.iter().max()].map(|own| *own.unwrap());
+    assert!(4 * most <= 5 * least, "{iterations:?}");
 }

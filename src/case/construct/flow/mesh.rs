@@ -27,7 +27,7 @@ impl Construction<'_> {
                 Some(mesh)
             }
             Err(finding) => {
-                self.note("mesh", finding);
+                self.find("mesh", finding);
                 None
             }
         }

@@ -191,7 +191,7 @@ impl Construction<'_> {
         let key = format!("body[{index}]");
         if let Some(SolidMeshSpec::File(file)) = &spec.mesh {
             let read = file.read(&self.case.source.base, D);
-            return read.map_err(|finding| self.note(&format!("{key}.mesh"), finding)).ok();
+            return read.map_err(|finding| self.find(&format!("{key}.mesh"), finding)).ok();
         }
         let region = self.region(&format!("{key}.region"), spec.region.as_ref()?)?;
         let made = match &spec.mesh {
