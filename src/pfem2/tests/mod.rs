@@ -29,6 +29,7 @@ mod resume_solids;
 mod solids;
 mod stokes;
 mod stray_particles;
+mod surface_waves;
 mod three_fluids;
 mod turning;
 mod unresolved;
