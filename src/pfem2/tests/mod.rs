@@ -29,6 +29,7 @@ mod solids;
 mod solids_at_rest;
 mod stokes;
 mod stray_particles;
+mod surface_waves;
 mod three_fluids;
 mod turning;
 mod unresolved;

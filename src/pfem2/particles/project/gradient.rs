@@ -38,7 +38,7 @@ const SINGLE: f64 = 1e-9;
 const LEAST_SPREAD: f64 = 0.1;
 
 /// A gradient: ∂f_c/∂x of each component.
-type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
+pub(in crate::pfem2) type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 
 /// The gradient at a node, and whether it is sure.
 type NodeGradient<const K: usize, const D: usize> = (Gradient<K, D>, bool);
@@ -63,6 +63,20 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         });
     }
 
+    /// Corrects R_k of every entry with the gradients of what all groups carry together, which go on from one to the
+    /// other; returns these gradients at the nodes.
+    pub fn make_linear_together<const D: usize>(&mut self, mesh: &Mesh<D, N>) -> Vec<Option<Gradient<K, D>>> {
+        let slope = |node: usize| self.patch(mesh, node, |_| true)?.gradient();
+        let slopes = parallel::collect(mesh.nodes().len(), 64, slope);
+        self.for_each(|e, entry| {
+            let nodal = mesh.elements()[e].iter().filter_map(|&i| slopes[i as usize].as_ref());
+            if let Some(gradient) = mean(nodal) {
+                correct(entry, &gradient, mesh.corners(e));
+            }
+        });
+        slopes
+    }
+
     /// The gradients of a group; where nodes aren't shared it fills its patches.
     fn slopes<const D: usize>(
         &self,
@@ -71,18 +85,23 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         is_shared: &(impl Fn(usize) -> bool + Sync),
     ) -> Vec<Option<NodeGradient<K, D>>> {
         let slope = |node: usize| {
-            let patch = self.patch(mesh, node, group)?;
+            let patch = self.patch(mesh, node, |entry| entry.group == group)?;
             if is_shared(node) { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
         };
         parallel::collect(mesh.nodes().len(), 64, slope)
     }
 
-    /// Sums over the particles around a node; `None` if there are none.
-    fn patch<const D: usize>(&self, mesh: &Mesh<D, N>, node: usize, group: u8) -> Option<Patch<K, D>> {
+    /// Sums over the particles around a node in the entries that count; `None` if there are none.
+    fn patch<const D: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        node: usize,
+        counts: impl Fn(&GroupMoments<K, N>) -> bool,
+    ) -> Option<Patch<K, D>> {
         let mut patch =
             Patch { weight: 0.0, x: Vector::ZERO, f: Vector::ZERO, xx: Tensor::ZERO, fx: [Vector::ZERO; K] };
         for &e in mesh.elements_around(node) {
-            for entry in self.of(e as usize).iter().filter(|entry| entry.group == group) {
+            for entry in self.of(e as usize).iter().filter(|entry| counts(entry)) {
                 patch.add(entry, mesh.corners(e as usize).map(|x| x - mesh.nodes()[node]));
             }
         }
