@@ -2,21 +2,24 @@
 //!
 //! ```text
 //! P f    = Σ_e w [R_k + G_e (x_k Σ_k − Σ_l S_kl x_l)] / Σ_e w Σ_k,   R_k = Σ_p N_k f_p               theory (G.3)
-//! φ      = P (s d) + P (s d − Σ_l N_l (P s d)_l)                                                     theory (G.3a)
-//! w      = V_e/n_e (ρ/ρ_light)^r,   r = clamp(2 |G_k| − 1, 0, 1)                                      theory (G.3b)
+//! φ_k    = P (s d) + r_k P (s d − Σ_l N_l (P s d)_l)                                                 theory (G.3a)
+//! w      = V_e/n_e (ρ/ρ_light)^r_k,   r_k = max(0, 1 − 20 (1 − R²))                                   theory (G.3b)
 //! ```
 //!
-//! Weighed with their mass, particles move the interface with the velocity by which it works on the heavy fluid: with
-//! equal weights, waves on a line of the mesh gain energy from the light one. Where the slope of the depths says little,
-//! as in a film, all weigh the same.
+//! with the part R² of the variance of s d around node k that a linear field explains. Weighed with their mass,
+//! particles move the interface with the velocity by which it works on the heavy fluid: with equal weights, waves on a
+//! line of the mesh gain energy from the light one. In a film or a drop, where no plane fits, all weigh the same.
 
 use super::LevelSet;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::project::gradient::Gradient;
+use crate::pfem2::particles::project::gradient::LinearFit;
 use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
+
+/// How fast r falls with the part of the variance that isn't explained.
+const NOT_PLANAR: f64 = 20.0;
 
 impl LevelSet {
     /// φ [m] at the nodes from the depths of the particles. Nodes whose particles are all deeper than the band take ±
@@ -30,11 +33,11 @@ impl LevelSet {
         let near = self.near(mesh, particles);
         let table = self.depths(mesh, particles, &near);
         let mut linear = table.clone();
-        let slopes = linear.make_linear_together(mesh);
-        let weights: Vec<[f64; 2]> = slopes.iter().map(|slope| self.weights(slope.as_ref())).collect();
+        let planar: Vec<f64> = linear.make_linear_together(mesh).iter().map(planarity).collect();
+        let weights: Vec<[f64; 2]> = planar.iter().map(|&planar| self.weights(planar)).collect();
         let first = means(mesh, &linear, &weights);
         let mut rest = table;
-        rest.subtract(mesh, |_, node| Vector([first[node].unwrap_or(0.0)]));
+        rest.subtract(mesh, |_, node| Vector([first[node].unwrap_or(0.0), 0.0]));
         rest.make_linear_together(mesh);
         let second = means(mesh, &rest, &weights);
         let level = |node: usize| {
@@ -43,19 +46,19 @@ impl LevelSet {
                 let fluid = around.flat_map(|e| particles.of(e)).next().map(|p| particles.phase[p]);
                 return fluid.map_or(before[node], |fluid| self.sign(fluid) * self.band);
             }
-            let mean = first[node].zip(second[node]).map(|(first, second)| first + second);
+            let mean = first[node].zip(second[node]).map(|(first, second)| first + planar[node] * second);
             mean.map_or(before[node], |mean| mean.clamp(-self.band, self.band))
         };
         parallel::collect(mesh.nodes().len(), 256, level)
     }
 
-    /// Moments of ± the depths of each fluid, in the elements that are `near` the interface.
+    /// Moments of ± the depths and of their squares, of each fluid, in the elements that are `near` the interface.
     fn depths<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
         particles: &Particles<D>,
         near: &[bool],
-    ) -> MomentTable<1, N> {
+    ) -> MomentTable<2, N> {
         MomentTable::collect(mesh.elements().len(), |e, entries| {
             let own = particles.of(e);
             if !near[e] || own.is_empty() {
@@ -67,7 +70,7 @@ impl LevelSet {
                 let mut moments = GroupMoments::new(run[0]);
                 for &fluid in run {
                     let phi = self.sign(fluid) * particles.depth[p].min(self.band);
-                    moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));
+                    moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi, phi * phi]));
                     p += 1;
                 }
                 entries.put(&moments);
@@ -77,10 +80,9 @@ impl LevelSet {
     }
 
     /// What a volume of each fluid weighs in the average at a node, over that of the lighter one.
-    fn weights<const D: usize>(&self, slope: Option<&Gradient<1, D>>) -> [f64; 2] {
-        let clear = slope.map_or(0.0, |slope| (2.0 * slope[0].norm() - 1.0).clamp(0.0, 1.0));
+    fn weights(&self, planar: f64) -> [f64; 2] {
         let lighter = self.density[0].min(self.density[1]);
-        self.density.map(|density| (density / lighter).powf(clear))
+        self.density.map(|density| (density / lighter).powf(planar))
     }
 
     /// Elements around nodes whose particles are not all deep in one fluid.
@@ -102,10 +104,17 @@ impl LevelSet {
     }
 }
 
+/// r: one where a linear field fits the depths, zero where it leaves a twentieth of their variance or more.
+fn planarity<const D: usize>(fit: &Option<LinearFit<2, D>>) -> f64 {
+    let Some(LinearFit { mean, explained, .. }) = fit else { return 0.0 };
+    let variance = mean[1] - mean[0] * mean[0];
+    if variance > 0.0 { (1.0 - NOT_PLANAR * (1.0 - explained[0] / variance)).clamp(0.0, 1.0) } else { 0.0 }
+}
+
 /// The average at each node; `None` at those that no particle is near.
 fn means<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    table: &MomentTable<1, N>,
+    table: &MomentTable<2, N>,
     weights: &[[f64; 2]],
 ) -> Vec<Option<f64>> {
     let mean = |node: usize| {
