@@ -43,5 +43,6 @@ pub use shape::{
 };
 pub use skin::{SkinPoint, skin};
 pub use surface::Surface;
+pub(crate) use surface::IndexedTriangle;
 pub use triangles::{Faces, Triangles};
 pub use winding::{FacetCorners, Winding};

@@ -16,6 +16,7 @@ mod disc;
 mod extrude;
 mod file;
 mod frame;
+mod lattice;
 mod measure;
 mod patches;
 mod raised;
@@ -93,6 +94,9 @@ impl QuadraticMesh {
     fn unchecked(region: &Region, cell: f64, dimension: usize) -> Result<Self, String> {
         if let Some(mesh) = block::of_region(region, cell, dimension) {
             return Ok(mesh);
+        }
+        if let (3, Some(triangles)) = (dimension, region.triangles()) {
+            return lattice::of_surface(triangles, cell);
         }
         if dimension == 3 {
             return ball::of_region(region, cell).map_or_else(|| extrude::of_region(region, cell), Ok);

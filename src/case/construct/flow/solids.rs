@@ -20,6 +20,9 @@ const CELLS: f64 = 2.0;
 /// Elements across the thinnest part of a solid where the case gives no length.
 const ACROSS: usize = 2;
 
+/// Lengths of elements, over the first one, that are tried for a surface from a file that is thinner than an element.
+const FINER: [f64; 3] = [0.7, 0.5, 0.35];
+
 /// Modes of each solid that are looked for, those without stiffness among them.
 pub(super) const MODES: usize = 12;
 
@@ -227,9 +230,15 @@ pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &
 }
 
 /// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest
-/// part.
+/// part, or a surface from a file is thinner than one.
 fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
-    let mesh = QuadraticMesh::fill(region, cell, dimension)?;
+    let mut mesh = QuadraticMesh::fill(region, cell, dimension);
+    if region.triangles().is_some() {
+        for part in FINER {
+            mesh = mesh.or_else(|why| QuadraticMesh::fill(region, part * cell, dimension).map_err(|_| why));
+        }
+    }
+    let mesh = mesh?;
     let place = mesh.thinnest();
     if place.elements >= ACROSS {
         return Ok(mesh);
