@@ -7,7 +7,8 @@
 //! ```
 //!
 //! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings
-//! around a square of discs, shells around a cube of balls, and triangles parted in three of all other plane regions.
+//! around a square of discs, shells around a cube of balls, triangles parted in three of all other plane regions, and
+//! cells of a lattice inside of surfaces from files.
 //! [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
 
 mod ball;

@@ -2,7 +2,7 @@
 
 use crate::geometry::{IndexedTriangle, Triangles};
 use crate::math::Vector;
-use rstar::{AABB, Envelope, RTree, RTreeObject};
+use rstar::{AABB, RTree};
 use std::collections::BTreeMap;
 
 /// Cosine of the angle between the normals of two triangles beyond which their common edge is sharp: 40°.

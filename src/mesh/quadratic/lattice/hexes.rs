@@ -8,8 +8,7 @@ use crate::math::Vector;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Corners of the sides of a hexahedron, lower and upper along each direction, seen from outside.
-const SIDES: [[usize; 4]; 6] =
-    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+const SIDES: [[usize; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// A quadrilateral of the boundary.
 #[derive(Debug, Clone)]
@@ -73,6 +72,29 @@ impl Hexes {
         found
     }
 
+    /// The quadrilaterals beyond the four edges of each one.
+    pub fn neighbours(&self) -> Vec<[usize; 4]> {
+        let edges = self.edges();
+        let beyond = |q: usize, [a, b]: [u32; 2]| {
+            let [first, second] = edges[&[a.min(b), a.max(b)]];
+            if first == q { second } else { first }
+        };
+        self.quads.iter().enumerate().map(|(q, quad)| quad.edges().map(|edge| beyond(q, edge))).collect()
+    }
+
+    /// Nodes between two edges of a quadrilateral that follow each other, beyond both of which there is the same patch,
+    /// not its own; each with that patch.
+    pub fn bends(&self) -> BTreeMap<u32, u32> {
+        let mut found = BTreeMap::new();
+        for (quad, neighbours) in self.quads.iter().zip(self.neighbours()) {
+            let beyond = neighbours.map(|q| self.quads[q].patch);
+            for k in (0..4).filter(|&k| beyond[k] == beyond[(k + 1) % 4] && beyond[k] != quad.patch) {
+                found.insert(quad.nodes[(k + 1) % 4], beyond[k]);
+            }
+        }
+        found
+    }
+
     /// Characteristic of the boundary: vertices − edges + faces.
     pub fn characteristic(&self) -> isize {
         let nodes: BTreeSet<u32> = self.quads.iter().flat_map(|quad| quad.nodes).collect();
@@ -96,7 +118,7 @@ impl Hexes {
     /// as those that have these sides now (pillowing). At the rim of the patches the layer ends in the neighbouring
     /// ones.
     pub fn pillow(&mut self, patches: &BTreeSet<u32>, thickness: f64) {
-        let edges = self.edges();
+        let neighbours = self.neighbours();
         let covered: Vec<usize> = (0..self.quads.len()).filter(|&q| patches.contains(&self.quads[q].patch)).collect();
         let lengths: Vec<[f64; 3]> = covered.iter().map(|&q| self.lengths(&self.quads[q])).collect();
         let inward = self.inward(&covered);
@@ -115,9 +137,8 @@ impl Hexes {
             self.hexes.push([copied(a), copied(b), copied(d), copied(c), a, b, d, c]);
             self.sizes.push([along, across, thickness * depth]);
             self.quads[q].hex = hex;
-            for [a, b] in self.quads[q].edges() {
-                let both = edges[&[a.min(b), a.max(b)]];
-                let beyond = self.quads[if both[0] == q { both[1] } else { both[0] }].patch;
+            for ([a, b], beyond) in self.quads[q].edges().into_iter().zip(neighbours[q]) {
+                let beyond = self.quads[beyond].patch;
                 if !patches.contains(&beyond) {
                     sides.push(Quad { nodes: [a, copied(a), copied(b), b], hex, patch: beyond });
                 }

@@ -55,7 +55,8 @@ pub fn holds(mesh: &Hexes, features: &Features, cell: f64) -> Vec<Hold> {
     let mut holds = vec![Hold::Free; mesh.nodes.len()];
     let patches = mesh.patches();
     let corners = corners(mesh, features, &patches, cell);
-    let released = released(mesh);
+    // On the sharp edge the angle of the quadrilateral would be straight there.
+    let released = mesh.bends();
     for (&node, own) in &patches {
         let x = mesh.nodes[node as usize];
         let near = |pair: &[u32; 2]| {
@@ -98,25 +99,6 @@ fn corners(mesh: &Hexes, features: &Features, patches: &BTreeMap<u32, Vec<u32>>,
     for (_, node, corner) in wishes {
         if !found.contains_key(&node) && taken.insert(corner) {
             found.insert(node, corner);
-        }
-    }
-    found
-}
-
-/// Nodes between two edges of one quadrilateral that follow each other along one sharp edge, with the patch of this
-/// quadrilateral: on the sharp edge its angle there would be straight.
-fn released(mesh: &Hexes) -> BTreeMap<u32, u32> {
-    let edges = mesh.edges();
-    let mut found = BTreeMap::new();
-    for (q, quad) in mesh.quads.iter().enumerate() {
-        let beyond = quad.edges().map(|[a, b]| {
-            let both = edges[&[a.min(b), a.max(b)]];
-            mesh.quads[if both[0] == q { both[1] } else { both[0] }].patch
-        });
-        for k in 0..4 {
-            if beyond[k] == beyond[(k + 1) % 4] && beyond[k] != quad.patch {
-                found.insert(quad.nodes[(k + 1) % 4], quad.patch);
-            }
         }
     }
     found

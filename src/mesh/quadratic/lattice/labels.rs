@@ -55,14 +55,9 @@ pub fn label(mesh: &mut Hexes, features: &mut Features, cell: f64) {
 
 impl Labelling {
     fn new(mesh: &Hexes, features: &Features, cell: f64) -> Self {
-        let edges = mesh.edges();
-        let across = |q: usize, [a, b]: [u32; 2]| {
-            let both = edges[&[a.min(b), a.max(b)]];
-            if both[0] == q { both[1] } else { both[0] }
-        };
-        let neighbours: Vec<[usize; 4]> =
-            mesh.quads.iter().enumerate().map(|(q, quad)| quad.edges().map(|edge| across(q, edge))).collect();
-        let costs: Vec<_> = mesh.quads.iter().map(|quad| costs(quad.nodes.map(|n| mesh.nodes[n as usize]), features, cell)).collect();
+        let neighbours = mesh.neighbours();
+        let costs: Vec<_> =
+            mesh.quads.iter().map(|quad| costs(quad.nodes.map(|n| mesh.nodes[n as usize]), features, cell)).collect();
         let labels = costs.iter().map(|own| cheapest(own)).collect();
         let rings = rings(mesh, &neighbours);
         Self { labels, neighbours, costs, rings }
@@ -130,8 +125,9 @@ impl Labelling {
         let mut changed = false;
         for ring in &self.rings {
             // Quadrilaterals with the same patch that follow each other.
-            let starts: Vec<usize> =
-                (0..ring.len()).filter(|&i| self.labels[ring[i]] != self.labels[ring[(i + ring.len() - 1) % ring.len()]]).collect();
+            let starts: Vec<usize> = (0..ring.len())
+                .filter(|&i| self.labels[ring[i]] != self.labels[ring[(i + ring.len() - 1) % ring.len()]])
+                .collect();
             let label = |start: &usize| self.labels[ring[*start]];
             let doubled = starts.iter().any(|a| starts.iter().filter(|b| label(b) == label(a)).count() > 1);
             if !doubled {

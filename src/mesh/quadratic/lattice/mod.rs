@@ -23,6 +23,10 @@ mod holds;
 mod labels;
 mod raise;
 mod relax;
+#[cfg(test)]
+mod shapes;
+#[cfg(test)]
+mod tests;
 
 use super::{QuadraticMesh, divisions};
 use crate::geometry::{Surface, Triangles};
@@ -121,7 +125,8 @@ impl Filling {
     /// The features of the surface, and the cells that begin at some depth below patches that have layers.
     fn cells(&self, inset: f64, layered: &BTreeSet<u32>) -> Result<(Features, Cells<'_>), Refusal> {
         let features = Features::new(self.features.triangles().clone());
-        let cells = Cells::inside(&self.lattice, &self.surface, &features, inset, layered).map_err(|why| (why, None))?;
+        let cells =
+            Cells::inside(&self.lattice, &self.surface, &features, inset, layered).map_err(|why| (why, None))?;
         Ok((features, cells))
     }
 
@@ -146,8 +151,6 @@ impl Filling {
         self.check_cover(&mesh)?;
         let (quality, worst) = mesh.quality();
         let made = raise::raise(&mesh, &holds, &features);
-        #[cfg(not(test))]
-        eprintln!("inset {inset} cells {} hexes {} layers {patches:?} quality {quality:.4} folded {:?}", cells.kept.iter().filter(|k| **k).count(), mesh.hexes.len(), made.folded());
         layered.extend(patches);
         if layered.is_empty() && quality < GOOD {
             layered.extend(mesh.quads.iter().filter(|quad| quad.hex as usize == worst).map(|quad| quad.patch));
@@ -179,14 +182,7 @@ fn needing(mesh: &Hexes) -> BTreeSet<u32> {
     let mut sides = BTreeSet::new();
     let twice = mesh.quads.iter().filter(|quad| !sides.insert((quad.hex, quad.patch)));
     let mut found: BTreeSet<u32> = twice.map(|quad| quad.patch).collect();
-    let edges = mesh.edges();
-    for (q, quad) in mesh.quads.iter().enumerate() {
-        let beyond = quad.edges().map(|[a, b]| {
-            let both = edges[&[a.min(b), a.max(b)]];
-            mesh.quads[if both[0] == q { both[1] } else { both[0] }].patch
-        });
-        found.extend((0..4).filter(|&k| beyond[k] == beyond[(k + 1) % 4] && beyond[k] != quad.patch).map(|k| beyond[k]));
-    }
+    found.extend(mesh.bends().into_values());
     found
 }
 

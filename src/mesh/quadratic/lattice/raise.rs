@@ -63,15 +63,22 @@ impl<'a> Raised<'a> {
                 Hold::Patch(p)
             } else if at_ends.iter().all(along) {
                 Hold::Edge(pair)
-            } else if let Some(patch) = at_ends.iter().find_map(|hold| if let Hold::Patch(patch) = hold { Some(*patch) } else { None }) {
+            } else if let Some(patch) =
+                at_ends.iter().find_map(|hold| if let Hold::Patch(patch) = hold { Some(*patch) } else { None })
+            {
                 Hold::Patch(patch)
             } else {
                 Hold::Free
             };
             on.insert(ends.to_vec(), hold);
         }
-        let mut raised =
-            Self { mesh, features, holds: on, numbers: BTreeMap::new(), elements: Vec::with_capacity(mesh.hexes.len()) };
+        let mut raised = Self {
+            mesh,
+            features,
+            holds: on,
+            numbers: BTreeMap::new(),
+            elements: Vec::with_capacity(mesh.hexes.len()),
+        };
         for hex in &mesh.hexes {
             let own = (0..27).map(|local| raised.number(hex, local)).collect();
             raised.elements.push(own);
@@ -115,7 +122,8 @@ impl<'a> Raised<'a> {
         let all = 1u32 << corners.len();
         let sum = |size: u32| {
             let parts = (0..all).filter(|part| part.count_ones() == size);
-            let chosen = |part: u32| (0..corners.len()).filter(|i| part >> i & 1 == 1).map(|i| corners[i]).collect::<Vec<u32>>();
+            let chosen =
+                |part: u32| (0..corners.len()).filter(|i| part >> i & 1 == 1).map(|i| corners[i]).collect::<Vec<u32>>();
             parts.filter_map(|part| self.numbers.get(&chosen(part))).map(|&n| places[n as usize]).sum::<Vector<3>>()
         };
         let ends = corners.iter().map(|&n| places[n as usize]).sum::<Vector<3>>();

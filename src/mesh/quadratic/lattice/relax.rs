@@ -16,10 +16,10 @@ use crate::math::Vector;
 use std::collections::BTreeMap;
 
 /// Sweeps over all nodes, at most.
-const SWEEPS: usize = 80;
+const SWEEPS: usize = 50;
 
 /// A node that moves by less, over the lengths of its edges, is at rest.
-const AT_REST: f64 = 2e-4;
+const AT_REST: f64 = 2e-3;
 
 /// Step of the differences of the gradient, over the same.
 const DIFFERENCE: f64 = 1e-5;
@@ -107,7 +107,14 @@ impl<'a> Relaxation<'a> {
             for _ in 0..SPREADING[level] {
                 for (&node, others) in all {
                     let hold = &self.holds[node as usize];
-                    if level != match hold { Hold::Edge(_) => 0, Hold::Patch(_) => 1, Hold::Free => 2, Hold::Corner(_) => continue } {
+                    if level
+                        != match hold {
+                            Hold::Edge(_) => 0,
+                            Hold::Patch(_) => 1,
+                            Hold::Free => 2,
+                            Hold::Corner(_) => continue,
+                        }
+                    {
                         continue;
                     }
                     let sum = others.iter().map(|&other| self.mesh.nodes[other as usize]).sum::<Vector<3>>();
@@ -179,7 +186,13 @@ impl<'a> Relaxation<'a> {
                 energy += f * f;
                 for k in 0..3 {
                     let sign = if c >> k & 1 == 0 { 1.0 } else { -1.0 };
-                    let own = if c == a { -sign } else if c ^ a == 1 << k { sign } else { continue };
+                    let own = if c == a {
+                        -sign
+                    } else if c ^ a == 1 << k {
+                        sign
+                    } else {
+                        continue;
+                    };
                     gradient += slopes[k] * (2.0 * f * own / self.mesh.sizes[hex as usize][k]);
                 }
             }

@@ -66,12 +66,14 @@ pub fn torus(radius: f64, thin: f64, count: u32) -> Triangles {
 /// An icosahedron whose triangles are parted in four some times, with all vertices on the unit sphere.
 pub fn icosphere(times: usize) -> Triangles {
     let g = 0.5 * (1.0 + 5f64.sqrt());
-    let first = |k: usize| (0..4).map(move |i| {
-        let (a, b) = ([-1.0, 1.0][i % 2], [-g, g][i / 2]);
-        let mut x = [0.0; 3];
-        (x[k], x[(k + 1) % 3]) = (a, b);
-        Vector(x).normalized().unwrap()
-    });
+    let first = |k: usize| {
+        (0..4).map(move |i| {
+            let (a, b) = ([-1.0, 1.0][i % 2], [-g, g][i / 2]);
+            let mut x = [0.0; 3];
+            (x[k], x[(k + 1) % 3]) = (a, b);
+            Vector(x).normalized().unwrap()
+        })
+    };
     let mut places: Vec<Vector<3>> = (0..3).flat_map(first).collect();
     let near = |a: usize, b: usize| (places[a] - places[b]).norm() < 1.1;
     let mut triangles = Vec::new();

@@ -61,3 +61,70 @@ fn boxes_and_brackets_are_their_lattices_also_turned() {
     assert_eq!((sheet.elements.len(), sheet.thinnest().elements), (24, 1));
     assert!((sheet.thinnest().length - 0.05).abs() < 1e-15);
 }
+
+/// The best that facets let one hope for: errors of the area fall with the square of the cell at least until elements
+/// are as small as triangles.
+#[test]
+fn balls_and_rings_converge() {
+    let ball = icosphere(3);
+    assert_eq!(ball.triangles.len(), 1280);
+    let coarse = errors(&ball, &filled(&ball, 1.0));
+    expect(&ball, 0.5, 1e-3, 0.5 * coarse[1].abs());
+    let ring = torus(2.0, 0.7, 48);
+    let coarse = errors(&ring, &filled(&ring, 0.7));
+    expect(&ring, 0.35, 0.5 * coarse[0].abs(), 0.8 * coarse[1].abs());
+}
+
+/// Flat and plane-sided: exact whatever the directions, as long as each sharp edge is one of elements and no corner is
+/// cut off.
+#[test]
+fn oblique_sides_keep_their_edges_and_corners() {
+    let vertices = vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
+    let tetrahedron = Triangles { vertices, triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]] };
+    let wedge = shapes::prism(&[[0.0, 0.0], [3.0, 0.0], [0.0, 1.0]], &[[0, 1, 2]], [0.0, 1.0]);
+    let around = [0, 1, 2, 3, 4, 5].map(|k| (f64::from(k) * std::f64::consts::FRAC_PI_3).sin_cos());
+    let nut = shapes::prism(&around.map(|(y, x)| [x, y]), &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], [0.0, 1.0]);
+    for (surface, cell) in [(tetrahedron, 0.5), (wedge, 0.3), (nut, 0.4)] {
+        expect(&surface, cell, 1e-9, 1e-9);
+        expect(&turned(surface, 30.0), cell, 1e-9, 1e-9);
+    }
+}
+
+/// Sharp edges that are circles, convex, at a hole, concave: only the parabolas between nodes on them are not exact.
+#[test]
+fn round_edges_are_kept() {
+    let plate = expect(&plate_with_hole([0.0, 0.5], 64), 0.5, 1e-3, 1e-3);
+    assert_eq!(plate.thinnest().elements, 1);
+    let rod = revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]], 48);
+    expect(&rod, 0.5, 3e-3, 1e-3);
+    let rim = |x: &&[f64; 3]| x[2] == 2.0 && (x[0].hypot(x[1]) - 1.0).abs() < 5e-3;
+    assert!(filled(&rod, 0.5).nodes.iter().filter(rim).count() == 16);
+    let boss = revolved(&[[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.8, 0.5], [0.8, 1.5], [0.0, 1.5]], 48);
+    expect(&boss, 0.3, 1e-3, 3e-3);
+}
+
+#[test]
+fn the_sides_are_the_farthest_nodes() {
+    let region = crate::geometry::Region::Surface(Surface::new(bracket()).unwrap().into());
+    let mesh = QuadraticMesh::fill(&region, 0.5, 3).unwrap();
+    // The face x = 3 has 2 × 4 elements.
+    assert_eq!(mesh.sets["right"].len(), 5 * 9);
+    assert!(mesh.sets["right"].iter().all(|&n| mesh.nodes[n as usize][0] == 3.0));
+    assert_eq!(mesh, QuadraticMesh::fill(&region, 0.5, 3).unwrap());
+}
+
+/// A neck, walls and a rod that are thinner than elements: refused where they are lost, meshed with smaller elements.
+#[test]
+fn what_is_thinner_than_elements_is_refused_with_its_place() {
+    let refused = |surface: &Triangles, cell: f64| of_surface(surface.clone(), cell).err().unwrap_or_default();
+    let ends = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.15, 1.0], [0.15, 1.4], [1.0, 1.4], [1.0, 2.4], [0.0, 2.4]];
+    expect(&revolved(&ends, 32), 0.3, 1e-2, 2e-2);
+    let cup = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.8, 1.0], [0.8, 0.2], [0.0, 0.2]];
+    let why = refused(&revolved(&cup, 32), 0.6);
+    assert!(why.contains("thinner than an element") && why.ends_with(") m"), "{why}");
+    expect(&revolved(&cup, 32), 0.2, 1e-2, 1e-2);
+    let rod = turned(revolved(&[[0.0, 0.0], [0.1, 0.0], [0.1, 5.0], [0.0, 5.0]], 24), 30.0);
+    assert!(refused(&rod, 0.3).contains("thinner than an element"));
+    expect(&rod, 0.1, 5e-3, 5e-3);
+    assert!(refused(&icosphere(1), 1e-6).contains("elements"));
+}
