@@ -78,7 +78,7 @@ fn expect_alike(found: &[f64], expected: &[f64], tolerance: f64) {
     }
 }
 
-/// A bar, 0.8 m long and 0.1 × 0.15 m thick, turned by 30° about a skew axis and clamped at one end.
+/// A bar, 0.8 m long and 0.1 × 0.2 m thick, turned by 30° about a skew axis and clamped at one end.
 #[test]
 fn a_turned_bar_of_triangles_swings_as_a_box() {
     let axis = [1.0, 2.0, 3.0].map(|a: f64| a / 14f64.sqrt());
@@ -90,7 +90,7 @@ fn a_turned_bar_of_triangles_swings_as_a_box() {
     };
     let mut file = String::new();
     for n in 0..8 {
-        let [x, y, z] = turned([0.8 * f64::from(n & 1), 0.1 * f64::from(n >> 1 & 1), 0.15 * f64::from(n >> 2)]);
+        let [x, y, z] = turned([0.8 * f64::from(n & 1), 0.1 * f64::from(n >> 1 & 1), 0.2 * f64::from(n >> 2)]);
         writeln!(file, "v {x} {y} {z}").unwrap();
     }
     file += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
@@ -99,7 +99,7 @@ fn a_turned_bar_of_triangles_swings_as_a_box() {
         "mesh = {{ cell = \"0.1 m\" }}\n\
          supports = [{{ on = {{ shape = \"half-space\", point = [0, 0, 0], normal = [{a}, {b}, {c}] }} }}]"
     );
-    let bar = r#"{ shape = "rotated", angle = "30 deg", axis = [1, 2, 3], of = { shape = "box", lower = [0, 0, 0], upper = [0.8, 0.1, 0.15] } }"#;
+    let bar = r#"{ shape = "rotated", angle = "30 deg", axis = [1, 2, 3], of = { shape = "box", lower = [0, 0, 0], upper = [0.8, 0.1, 0.2] } }"#;
     let [found, expected] = [FILE, bar].map(|region| model_of(&file, &case(region, &keys)));
     expect_alike(&periods(&found), &periods(&expected), 1e-3);
     let [found, expected] = [found, expected].map(|model| model.summary.solids[0].mass);

@@ -7,6 +7,7 @@
 //! Frames that are tried: that of the coordinates; those of two large flat parts normal to each other; one large flat
 //! part and the longest straight direction in it; the principal axes of the surface.
 
+use super::features::normals;
 use crate::geometry::Triangles;
 use crate::math::{SymTensor, Vector};
 
@@ -27,8 +28,9 @@ const NORMAL: f64 = 0.0087;
 pub struct Axes(pub [Vector<3>; 3]);
 
 impl Axes {
-    /// Those in which most of a surface with these normals is level.
-    pub fn of(surface: &Triangles, normals: &[Vector<3>]) -> Self {
+    /// Those in which most of a surface is level.
+    pub fn of(surface: &Triangles) -> Self {
+        let normals = &normals(surface);
         let own = Self([0, 1, 2].map(Vector::unit));
         let areas: Vec<f64> = surface.triangles.iter().map(|t| area(surface, t)).collect();
         let flat = directions(normals, &areas);

@@ -1,8 +1,8 @@
 //! The cells of a lattice inside of a surface: planes of the lattice, choice of the cells, repairs of their boundary.
 
 use super::axes::area;
-use super::features::Features;
-use crate::geometry::Surface;
+use super::features::{Features, normals};
+use crate::geometry::{Surface, Triangles};
 use crate::math::Vector;
 use std::collections::{BTreeSet, VecDeque};
 
@@ -42,8 +42,8 @@ pub struct Cells<'a> {
 
 impl Lattice {
     /// Planes around a surface about `cell` apart [m], also through its large level parts.
-    pub fn new(features: &Features, cell: f64) -> Self {
-        Self { lines: [0, 1, 2].map(|axis| lines(&levels(features, axis, cell), cell)) }
+    pub fn new(surface: &Triangles, cell: f64) -> Self {
+        Self { lines: [0, 1, 2].map(|axis| lines(&levels(surface, axis, cell), cell)) }
     }
 
     /// Number of cells along the axes.
@@ -75,14 +75,13 @@ impl Lattice {
 }
 
 /// Heights of the ends of the surface and of its large level parts, ascending.
-fn levels(features: &Features, axis: usize, cell: f64) -> Vec<Level> {
-    let surface = features.triangles();
+fn levels(surface: &Triangles, axis: usize, cell: f64) -> Vec<Level> {
     let height = |v: u32| surface.vertices[v as usize][axis];
     let used = || surface.triangles.iter().flatten().map(|&v| height(v));
     let ends = [used().fold(f64::INFINITY, f64::min), used().fold(f64::NEG_INFINITY, f64::max)];
     let same = SAME_PLANE * (ends[1] - ends[0]);
     let mut flat: Vec<Level> = Vec::new();
-    for (t, normal) in surface.triangles.iter().zip(features.normals()) {
+    for (t, normal) in surface.triangles.iter().zip(normals(surface)) {
         if normal[axis].abs() > LEVEL {
             let mut areas = [0.0; 2];
             areas[usize::from(normal[axis] > 0.0)] = area(surface, t);
@@ -140,7 +139,7 @@ fn lines(levels: &[Level], cell: f64) -> Vec<f64> {
 
 impl<'a> Cells<'a> {
     /// Cells whose middle is inside of a surface, and at least `inset`, in lengths of a cell, from the patches that are
-    /// listed.
+    /// listed; with one below zero cells whose middle is that far outside, too.
     ///
     /// # Errors
     /// No cell is inside.
@@ -155,14 +154,16 @@ impl<'a> Cells<'a> {
         let depth = |index: usize| {
             let at = lattice.at(index);
             let (x, sizes) = (lattice.middle(at), lattice.sizes(at));
-            let below = -surface.distance(x).0;
+            let across = |n: Vector<3>| (0..3).map(|k| (n[k] * sizes[k]).powi(2)).sum::<f64>().sqrt();
+            let (distance, n) = surface.distance(x);
+            if inset <= 0.0 || distance >= 0.0 {
+                return -distance - inset.min(0.0) * across(n);
+            }
             let away = patches.iter().filter_map(|&patch| {
-                let (place, _) = features.on_patch(patch, x)?;
-                let n = (x - place).normalized().unwrap_or(Vector::unit(0));
-                let across = (0..3).map(|k| (n[k] * sizes[k]).powi(2)).sum::<f64>().sqrt();
-                Some((x - place).norm() - inset * across)
+                let away = x - features.on_patch(patch, x)?.0;
+                Some(away.norm() - inset * across(away.normalized().unwrap_or(n)))
             });
-            if below > 0.0 { away.fold(below, f64::min) } else { below }
+            away.fold(-distance, f64::min)
         };
         let depth: Vec<f64> = (0..count).map(depth).collect();
         let kept = depth.iter().map(|&depth| depth > 0.0).collect();

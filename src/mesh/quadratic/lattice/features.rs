@@ -5,8 +5,12 @@ use crate::math::Vector;
 use rstar::{AABB, RTree};
 use std::collections::BTreeMap;
 
-/// Cosine of the angle between the normals of two triangles beyond which their common edge is sharp: 40°.
-const SHARP_COSINE: f64 = 0.766;
+/// Cosines of the angle between the normals of two triangles beyond which their common edge is sharp: 40°; 60° where
+/// elements can't follow the edges of less.
+pub const SHARP_COSINES: [f64; 2] = [0.766, 0.5];
+
+/// A vertex with a smaller sum of angles is the point of a cone, which is 90° wide at most. At those of an icosahedron it is 5π/3.
+const APEX_ANGLE: f64 = 4.5;
 
 /// A sharp edge between two patches is concave if more than this part of its length is.
 const CONCAVE_PART: f64 = 0.1;
@@ -22,6 +26,8 @@ pub struct Features {
     /// Sharp edges between two patches, the lower first.
     edges: BTreeMap<[u32; 2], SharpEdge>,
     corners: Vec<Corner>,
+    /// Points of cones, each on one patch.
+    apexes: Vec<Corner>,
 }
 
 /// Where two patches meet.
@@ -48,12 +54,12 @@ struct Side {
 
 impl Features {
     /// The features of a closed surface whose triangles point outward.
-    pub fn new(triangles: Triangles) -> Self {
-        let normals: Vec<Vector<3>> = triangles.triangles.iter().map(|t| normal(&triangles, t)).collect();
+    pub fn new(triangles: Triangles, sharp_cosine: f64) -> Self {
+        let normals = normals(&triangles);
         let mut root: Vec<usize> = (0..normals.len()).collect();
         for side in sides(&triangles) {
             let [a, b] = side.triangles;
-            if normals[a].dot(normals[b]) > SHARP_COSINE {
+            if normals[a].dot(normals[b]) > sharp_cosine {
                 let (a, b) = (find(&mut root, a), find(&mut root, b));
                 root[a.max(b)] = a.min(b);
             }
@@ -64,8 +70,15 @@ impl Features {
             let next = number.len() as u32;
             patch_of.push(*number.entry(find(&mut root, triangle)).or_insert(next));
         }
-        let mut features =
-            Self { triangles, normals, patch_of, patches: Vec::new(), edges: BTreeMap::new(), corners: Vec::new() };
+        let mut features = Self {
+            triangles,
+            normals,
+            patch_of,
+            patches: Vec::new(),
+            edges: BTreeMap::new(),
+            corners: Vec::new(),
+            apexes: Vec::new(),
+        };
         features.gather(number.len());
         features
     }
@@ -103,6 +116,27 @@ impl Features {
             Corner { place: corner(v), patches }
         });
         self.corners = meeting.filter(|corner| corner.patches.len() > 2).collect();
+        self.apexes = self.find_apexes();
+    }
+
+    /// Vertices inside of a patch around which there is little angle.
+    fn find_apexes(&self) -> Vec<Corner> {
+        let mut angles: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
+        for (t, &patch) in self.triangles.triangles.iter().zip(&self.patch_of) {
+            let x = t.map(|v| Vector(self.triangles.vertices[v as usize]));
+            for k in 0..3 {
+                let (a, b) = (x[(k + 1) % 3] - x[k], x[(k + 2) % 3] - x[k]);
+                let (angle, patches) = angles.entry(t[k]).or_default();
+                *angle += a.cross(b).norm().atan2(a.dot(b));
+                patches.push(patch);
+            }
+        }
+        let pointed = angles.into_iter().filter_map(|(v, (angle, mut patches))| {
+            patches.dedup();
+            let place = Vector(self.triangles.vertices[v as usize]);
+            (patches.len() == 1 && angle < APEX_ANGLE).then_some(Corner { place, patches })
+        });
+        pointed.collect()
     }
 
     fn is_concave(&self, side: &Side) -> bool {
@@ -169,21 +203,19 @@ impl Features {
         &self.corners
     }
 
-    /// The surface.
-    pub fn triangles(&self) -> &Triangles {
-        &self.triangles
-    }
-
-    /// Normals of the triangles.
-    pub fn normals(&self) -> &[Vector<3>] {
-        &self.normals
+    /// Points of cones, in the order of the vertices.
+    pub fn apexes(&self) -> &[Corner] {
+        &self.apexes
     }
 }
 
-/// Outward unit normal of a triangle.
-fn normal(surface: &Triangles, triangle: &[u32; 3]) -> Vector<3> {
-    let [a, b, c] = triangle.map(|v| Vector(surface.vertices[v as usize]));
-    (b - a).cross(c - a).normalized().unwrap_or(Vector::unit(0))
+/// Outward unit normals of the triangles.
+pub fn normals(surface: &Triangles) -> Vec<Vector<3>> {
+    let normal = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|v| Vector(surface.vertices[v as usize]));
+        (b - a).cross(c - a).normalized().unwrap_or(Vector::unit(0))
+    };
+    surface.triangles.iter().map(normal).collect()
 }
 
 /// Edges of a closed surface, each with its two triangles, in the order of their ends.

@@ -74,6 +74,14 @@ pub fn holds(mesh: &Hexes, features: &Features, cell: f64) -> Vec<Hold> {
             _ => Hold::Patch(nearest_patch(features, own, x)),
         };
     }
+    for apex in features.apexes() {
+        let on = |node: &&u32| holds[**node as usize] == Hold::Patch(apex.patches[0]);
+        let away = |node: &u32| (mesh.nodes[*node as usize] - apex.place).norm();
+        let nearest = patches.keys().filter(on).min_by(|a, b| away(a).total_cmp(&away(b)));
+        if let Some(&node) = nearest.filter(|node| away(node) < FARTHEST * cell) {
+            holds[node as usize] = Hold::Corner(apex.place.0);
+        }
+    }
     holds
 }
 

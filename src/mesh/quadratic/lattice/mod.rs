@@ -34,13 +34,14 @@ use crate::math::Vector;
 use crate::mesh::domain::size::too_many;
 use axes::Axes;
 use cells::{Cells, Lattice};
-use features::{Features, find};
+use features::{Features, SHARP_COSINES, find};
 use hexes::Hexes;
 use relax::Relaxation;
 use std::collections::BTreeSet;
 
-/// Depths below smooth patches, in cells, from which on cells are kept, in the order in which they are tried.
-const INSETS: [f64; 3] = [0.5, 0.25, 0.0];
+/// Depths below smooth patches, in cells, from which on cells are kept, in the order in which they are tried: of thin
+/// walls the middles of few cells are inside.
+const INSETS: [f64; 4] = [0.5, 0.25, 0.0, -0.25];
 
 /// A layer is as thick as a cell less this part, plus the depth at which cells begin.
 const LAYER: f64 = 0.5;
@@ -48,16 +49,23 @@ const LAYER: f64 = 0.5;
 /// With this scaled determinant at all corners a mesh is good, and no other is tried.
 const GOOD: f64 = 0.2;
 
+/// With less the mesh of another choice of sharp edges may be better.
+const POOR: f64 = 0.05;
+
 /// No place of the surface may lie farther from that of the mesh, in cells.
 const FARTHEST: f64 = 0.5;
 
-/// The surface along the axes of the lattice, and how long cells are [m].
-struct Filling {
-    surface: Surface,
-    features: Features,
-    lattice: Lattice,
+/// The surface along the axes of the lattice, how long cells are [m], and what a sharp edge is.
+struct Filling<'a> {
+    surface: &'a Surface,
+    lattice: &'a Lattice,
     cell: f64,
+    /// Cosine of the angle of a sharp edge.
+    sharp: f64,
 }
+
+/// The volume may differ from what the surface encloses by this part.
+const LARGEST_DIFFERENCE: f64 = 0.03;
 
 /// A mesh that was tried.
 struct Trial {
@@ -73,21 +81,23 @@ struct Trial {
 /// details that they leave out, elements that fold.
 pub fn of_surface(triangles: Triangles, cell: f64) -> Result<QuadraticMesh, String> {
     let triangles = Surface::new(triangles)?.triangles();
-    let axes = Axes::of(&triangles, Features::new(triangles.clone()).normals());
+    let axes = Axes::of(&triangles);
     let vertices = triangles.vertices.iter().map(|&x| axes.along(Vector(x)).0).collect();
     let turned = Triangles { vertices, triangles: triangles.triangles };
-    let features = Features::new(turned.clone());
-    let lattice = Lattice::new(&features, cell);
+    let lattice = Lattice::new(&turned, cell);
     if let Some(why) = too_many(lattice.counts().iter().map(|&count| count as f64).product()) {
         return Err(why);
     }
-    let filling = Filling { surface: Surface::new(turned)?, features, lattice, cell };
-    let place = |x: Vector<3>| {
-        let [x, y, z] = axes.back(x).0;
-        format!("({x:.4e}, {y:.4e}, {z:.4e}) m")
+    let surface = Surface::new(turned)?;
+    let [first, second] = SHARP_COSINES.map(|sharp| Filling { surface: &surface, lattice: &lattice, cell, sharp });
+    let is_poor = |trial: &Trial| trial.quality < POOR;
+    let best = match first.best() {
+        Ok(trial) if !is_poor(&trial) || first.patch_count() == second.patch_count() => Ok(trial),
+        Ok(trial) => Ok(second.best().ok().filter(|other| other.quality > trial.quality).unwrap_or(trial)),
+        Err(why) => second.best().ok().filter(|other| !is_poor(other)).ok_or(why),
     };
-    let mut mesh = filling.mesh().map_err(|(why, x)| match x {
-        Some(x) => format!("{why} at {}", place(x)),
+    let mut mesh = best.map(|trial| trial.mesh).map_err(|(why, x)| match x.map(|x| axes.back(x).0) {
+        Some([x, y, z]) => format!("{why} at ({x:.4e}, {y:.4e}, {z:.4e}) m"),
         None => why,
     })?;
     mesh.nodes.iter_mut().for_each(|x| *x = axes.back(Vector(*x)).0);
@@ -97,9 +107,17 @@ pub fn of_surface(triangles: Triangles, cell: f64) -> Result<QuadraticMesh, Stri
 /// Why there is no mesh, and where.
 type Refusal = (String, Option<Vector<3>>);
 
-impl Filling {
+impl Filling<'_> {
+    fn features(&self) -> Features {
+        Features::new(self.surface.triangles(), self.sharp)
+    }
+
+    fn patch_count(&self) -> usize {
+        self.features().patch_count()
+    }
+
     /// The first good mesh, or the best of all.
-    fn mesh(&self) -> Result<QuadraticMesh, Refusal> {
+    fn best(&self) -> Result<Trial, Refusal> {
         let (mut features, cells) = self.cells(0.0, &BTreeSet::new())?;
         let mut layered = needing(&self.labelled(&cells, &mut features));
         let mut best: Option<Trial> = None;
@@ -107,24 +125,24 @@ impl Filling {
         if layered.is_empty() {
             let trial = self.tried(0.0, &mut layered)?;
             if trial.quality >= GOOD {
-                return Ok(trial.mesh);
+                return Ok(trial);
             }
             best = Some(trial);
         }
         for inset in INSETS {
             match self.tried(inset, &mut layered) {
-                Ok(trial) if trial.quality >= GOOD => return Ok(trial.mesh),
+                Ok(trial) if trial.quality >= GOOD => return Ok(trial),
                 Ok(trial) if best.as_ref().is_none_or(|best| trial.quality > best.quality) => best = Some(trial),
                 Ok(_) => (),
                 Err(why) => refusal = Some(why),
             }
         }
-        best.map(|trial| trial.mesh).ok_or_else(|| refusal.unwrap_or(("no element fits inside".into(), None)))
+        best.ok_or_else(|| refusal.unwrap_or(("no element fits inside".into(), None)))
     }
 
     /// The features of the surface, and the cells that begin at some depth below patches that have layers.
     fn cells(&self, inset: f64, layered: &BTreeSet<u32>) -> Result<(Features, Cells<'_>), Refusal> {
-        let features = Features::new(self.features.triangles().clone());
+        let features = self.features();
         let cells =
             Cells::inside(&self.lattice, &self.surface, &features, inset, layered).map_err(|why| (why, None))?;
         Ok((features, cells))
@@ -148,32 +166,35 @@ impl Filling {
         }
         let holds = holds::holds(&mesh, &features, self.cell);
         Relaxation::new(&mut mesh, &holds, &features).run();
-        self.check_cover(&mesh)?;
         let (quality, worst) = mesh.quality();
         let made = raise::raise(&mesh, &holds, &features);
+        self.check_cover(&mesh, made.volume())?;
         layered.extend(patches);
         if layered.is_empty() && quality < GOOD {
             layered.extend(mesh.quads.iter().filter(|quad| quad.hex as usize == worst).map(|quad| quad.patch));
         }
+        let quality = if made.folded().is_some() { quality.min(0.0) } else { quality };
         Ok(Trial { mesh: made, quality })
     }
 
     /// The boundary of the cells must have the parts and holes of the surface.
     fn check_shape(&self, mesh: &Hexes) -> Result<(), Refusal> {
-        let surface = self.features.triangles();
-        if mesh.characteristic() == cover::characteristic(surface) {
+        let surface = self.surface.triangles();
+        if mesh.characteristic() == cover::characteristic(&surface) {
             return Ok(());
         }
-        let (x, _) = cover::farthest(surface, mesh, self.cell);
+        let (x, _) = cover::farthest(&surface, mesh, self.cell);
         Err(("the solid, or a hole or gap in it, is narrower than an element".into(), Some(x)))
     }
 
-    fn check_cover(&self, mesh: &Hexes) -> Result<(), Refusal> {
-        let (x, away) = cover::farthest(self.features.triangles(), mesh, self.cell);
-        if away <= FARTHEST * self.cell {
+    /// The mesh must reach all of the surface, and have the volume that it encloses.
+    fn check_cover(&self, mesh: &Hexes, volume: f64) -> Result<(), Refusal> {
+        let (x, away) = cover::farthest(&self.surface.triangles(), mesh, self.cell);
+        let difference = volume / self.surface.volume() - 1.0;
+        if away <= FARTHEST * self.cell && difference.abs() < LARGEST_DIFFERENCE {
             return Ok(());
         }
-        Err(("the solid is thinner than an element, or has a detail as small as one,".into(), Some(x)))
+        Err(("the solid is thinner than an element, or has a detail or a hollow as small as one,".into(), Some(x)))
     }
 }
 
