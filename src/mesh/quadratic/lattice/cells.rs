@@ -130,7 +130,8 @@ fn lines(levels: &[Level], cell: f64) -> Vec<f64> {
     let mut found = vec![levels[0].height];
     for pair in levels.windows(2) {
         let [from, to] = [pair[0].height, pair[1].height];
-        let count = super::divisions(to - from, cell);
+        // So that rounding of a turned surface doesn't decide about halves.
+        let count = super::divisions((1.0 + SAME_PLANE) * (to - from), cell);
         found.extend((1..count).map(|i| from + (to - from) * i as f64 / count as f64));
         found.push(to);
     }

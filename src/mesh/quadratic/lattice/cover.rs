@@ -1,9 +1,11 @@
-//! How far the boundary of a mesh stays away from the surface that it fills.
+//! The surface as a whole: its pieces, its holes, and how far the boundary of a mesh stays away from it.
 
+use super::features::find;
 use super::hexes::Hexes;
 use crate::geometry::{IndexedTriangle, Triangles};
 use crate::math::Vector;
 use rstar::{PointDistance, RTree};
+use std::collections::BTreeMap;
 
 /// Places in a triangle along each of its sides, at most.
 const MOST_PLACES: usize = 40;
@@ -39,4 +41,22 @@ pub fn characteristic(surface: &Triangles) -> isize {
     used.sort_unstable();
     used.dedup();
     used.len() as isize - (surface.triangles.len() / 2) as isize
+}
+
+/// Number of pieces of a closed surface that enclose something; others are around hollows.
+pub fn pieces(surface: &Triangles) -> usize {
+    let mut root: Vec<usize> = (0..surface.vertices.len()).collect();
+    for &[a, b, c] in &surface.triangles {
+        for [a, b] in [[a, b], [b, c]] {
+            let (a, b) = (find(&mut root, a as usize), find(&mut root, b as usize));
+            root[a.max(b)] = a.min(b);
+        }
+    }
+    let mut volumes: BTreeMap<usize, f64> = BTreeMap::new();
+    for triangle in &surface.triangles {
+        let piece = find(&mut root, triangle[0] as usize);
+        let [a, b, c] = triangle.map(|v| Vector(surface.vertices[v as usize]) - Vector(surface.vertices[piece]));
+        *volumes.entry(piece).or_default() += a.dot(b.cross(c));
+    }
+    volumes.into_values().filter(|&volume| volume > 0.0).count()
 }

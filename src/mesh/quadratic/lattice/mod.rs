@@ -81,6 +81,10 @@ struct Trial {
 /// details that they leave out, elements that fold.
 pub fn of_surface(triangles: Triangles, cell: f64) -> Result<QuadraticMesh, String> {
     let triangles = Surface::new(triangles)?.triangles();
+    let pieces = cover::pieces(&triangles);
+    if pieces > 1 {
+        return Err(format!("the surface has {pieces} pieces, and a solid is one: a body for each"));
+    }
     let axes = Axes::of(&triangles);
     let vertices = triangles.vertices.iter().map(|&x| axes.along(Vector(x)).0).collect();
     let turned = Triangles { vertices, triangles: triangles.triangles };
@@ -143,8 +147,7 @@ impl Filling<'_> {
     /// The features of the surface, and the cells that begin at some depth below patches that have layers.
     fn cells(&self, inset: f64, layered: &BTreeSet<u32>) -> Result<(Features, Cells<'_>), Refusal> {
         let features = self.features();
-        let cells =
-            Cells::inside(&self.lattice, &self.surface, &features, inset, layered).map_err(|why| (why, None))?;
+        let cells = Cells::inside(self.lattice, self.surface, &features, inset, layered).map_err(|why| (why, None))?;
         Ok((features, cells))
     }
 

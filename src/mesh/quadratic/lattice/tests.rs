@@ -103,6 +103,23 @@ fn round_edges_are_kept() {
     expect(&boss, 0.3, 1e-3, 3e-3);
 }
 
+/// A hollow is kept; two blocks in one file are two bodies.
+#[test]
+fn a_hollow_is_kept_and_two_pieces_are_refused() {
+    let with = |mut whole: Triangles, other: Triangles, is_hollow: bool| {
+        let first = whole.vertices.len() as u32;
+        whole.vertices.extend(other.vertices);
+        let turn = |[a, b, c]: [u32; 3]| if is_hollow { [a, c, b] } else { [a, b, c] };
+        whole.triangles.extend(other.triangles.into_iter().map(|t| turn(t.map(|v| v + first))));
+        whole
+    };
+    let block = || cuboid([0.0; 3], [3.0; 3]);
+    let hollow = with(block(), cuboid([1.0; 3], [2.0; 3]), true);
+    assert_eq!(expect(&hollow, 1.0, 1e-14, 1e-14).elements.len(), 26);
+    let two = with(block(), cuboid([4.0, 0.0, 0.0], [5.0, 3.0, 3.0]), false);
+    assert!(of_surface(two, 1.0).err().is_some_and(|why| why.contains("2 pieces")));
+}
+
 #[test]
 fn the_sides_are_the_farthest_nodes() {
     let region = crate::geometry::Region::Surface(Surface::new(bracket()).unwrap().into());
