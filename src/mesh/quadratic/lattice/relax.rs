@@ -118,7 +118,9 @@ impl<'a> Relaxation<'a> {
                         continue;
                     }
                     let sum = others.iter().map(|&other| self.mesh.nodes[other as usize]).sum::<Vector<3>>();
-                    self.mesh.nodes[node as usize] = hold.place(self.features, sum / others.len() as f64).0;
+                    // Half of the way: the middle between opposite places of a round edge is at no place of it.
+                    let x = (self.mesh.nodes[node as usize] + sum / others.len() as f64) * 0.5;
+                    self.mesh.nodes[node as usize] = hold.place(self.features, x).0;
                 }
             }
         }
