@@ -42,6 +42,7 @@ pub use shape::{
     IntersectionShape, PolygonShape, RotatedShape, Shape, SphereShape, SurfaceShape, TranslatedShape, UnionShape,
 };
 pub use skin::{SkinPoint, skin};
+pub(crate) use surface::IndexedTriangle;
 pub use surface::Surface;
 pub use triangles::{Faces, Triangles};
 pub use winding::{FacetCorners, Winding};

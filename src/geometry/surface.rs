@@ -20,11 +20,13 @@ pub struct Surface {
     normals: PseudoNormals,
 }
 
-/// A triangle in the search for the nearest one.
+/// A triangle, or with two equal corners a segment, in the search for the nearest one.
 #[derive(Debug, Clone)]
-struct IndexedTriangle {
-    index: usize,
-    corners: [Vector<3>; 3],
+pub(crate) struct IndexedTriangle {
+    /// Its number among all of its surface.
+    pub index: usize,
+    /// Corners [m].
+    pub corners: [Vector<3>; 3],
 }
 
 /// Directions outward at faces, edges and vertices; those of edges and vertices aren't of unit length.
@@ -88,7 +90,8 @@ impl Surface {
         self.triangles.triangles.len()
     }
 
-    pub(super) fn distance(&self, x: Vector<3>) -> Distance {
+    /// Signed distance [m], below zero inside, and outward unit normal at `x` [m].
+    pub(crate) fn distance(&self, x: Vector<3>) -> Distance {
         let Some(nearest) = self.facets.nearest_neighbor(x.0) else { return (f64::INFINITY, Vector::unit(0)) };
         let weights = closest_on_triangle(nearest.corners, x);
         let away = x - nearest.point(weights);
@@ -101,6 +104,11 @@ impl Surface {
 }
 
 impl IndexedTriangle {
+    /// Its place nearest to `x` [m].
+    pub fn nearest(&self, x: Vector<3>) -> Vector<3> {
+        self.point(closest_on_triangle(self.corners, x))
+    }
+
     fn point(&self, weights: [f64; 3]) -> Vector<3> {
         let [a, b, c] = self.corners;
         a * weights[0] + b * weights[1] + c * weights[2]
@@ -118,7 +126,7 @@ impl RTreeObject for IndexedTriangle {
 impl PointDistance for IndexedTriangle {
     fn distance_2(&self, x: &[f64; 3]) -> f64 {
         let x = Vector(*x);
-        (x - self.point(closest_on_triangle(self.corners, x))).norm_squared()
+        (x - self.nearest(x)).norm_squared()
     }
 }
 

@@ -14,6 +14,7 @@ mod read;
 mod reference;
 mod runs;
 mod solid_paths;
+mod solid_surfaces;
 mod solids;
 
 use lateen::case::{Case, Source};

@@ -27,7 +27,7 @@ pub fn of_region(region: &Region, cell: f64) -> Result<QuadraticMesh, String> {
             Ok(extruded(&base, polygon.heights(), cell, &frame))
         }
         _ => Err("in 3D a mesh can be made of boxes, also where other shapes cut an end off, of cylinders, of balls and ellipsoids up to three times as long as \
-                  thin, and of polygons with heights; others come from a Gmsh file of tetrahedra or hexahedra, `mesh = { path = \"...\" }`"
+                  thin, of polygons with heights, and of closed surfaces from STL or OBJ files; others come from a Gmsh file of tetrahedra or hexahedra, `mesh = { path = \"...\" }`"
             .into()),
     }
 }

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings
-//! around a square of discs, shells around a cube of balls, and triangles parted in three of all other plane regions.
+//! around a square of discs, shells around a cube of balls, triangles parted in three of all other plane regions, and
+//! cells of a lattice inside of surfaces from files.
 //! [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
 
 mod ball;
@@ -16,6 +17,7 @@ mod disc;
 mod extrude;
 mod file;
 mod frame;
+mod lattice;
 mod measure;
 mod patches;
 mod raised;
@@ -93,6 +95,9 @@ impl QuadraticMesh {
     fn unchecked(region: &Region, cell: f64, dimension: usize) -> Result<Self, String> {
         if let Some(mesh) = block::of_region(region, cell, dimension) {
             return Ok(mesh);
+        }
+        if let (3, Some(triangles)) = (dimension, region.triangles()) {
+            return lattice::of_surface(triangles, cell);
         }
         if dimension == 3 {
             return ball::of_region(region, cell).map_or_else(|| extrude::of_region(region, cell), Ok);

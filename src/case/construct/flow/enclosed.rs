@@ -1,4 +1,4 @@
-//! Solids whose surface comes from an STL or OBJ file.
+//! Rigid solids whose surface comes from an STL or OBJ file.
 
 use super::super::Construction;
 use crate::error::Diagnostic;
@@ -8,20 +8,13 @@ use crate::mesh::{QuadraticMesh, SurfacePatches};
 use crate::pfem2::solid::mesh::SolidMesh;
 
 impl Construction<'_> {
-    /// The surface of the solid `body[index]`, inside `None` if its region has none of a file; outside if that is no
-    /// use (and why was noted).
+    /// The surface of the solid `body[index]`, inside `None` if it is elastic, which has elements inside, or its region
+    /// has no surface of a file; outside if that is no use (and why was noted).
     pub(super) fn surface_of(&mut self, index: usize) -> Option<Option<Triangles>> {
         let spec = &self.case.file.body[index];
-        let Some(shape) = &spec.region else { return Some(None) };
+        let (Some(shape), true) = (&spec.region, self.is_rigid(index)) else { return Some(None) };
         let key = format!("body[{index}]");
         let Some(surface) = self.region(&format!("{key}.region"), shape)?.triangles() else { return Some(None) };
-        if !self.is_rigid(index) {
-            let message = "an elastic solid needs elements inside of its surface, and a file of triangles has none";
-            let help = "mesh it in Gmsh with tetrahedra, of second order where it is curved, and write `mesh = { path = ... }`; with `law = \"rigid\"` the \
-                        surface is enough";
-            self.findings.push(Diagnostic::error(format!("{key}.region"), message).help(help));
-            return None;
-        }
         if spec.mesh.is_some() {
             let message = "the surface of this rigid solid is that of the file: it has no elements inside";
             self.findings.push(Diagnostic::error(format!("{key}.mesh"), message).help("take it out"));
