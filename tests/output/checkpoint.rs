@@ -90,10 +90,10 @@ fn files_do_not_depend_on_the_number_of_threads() {
 fn columns_start_at_multiples_of_64_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let bytes = fs::read(State::new(1000, 0.5).save(&mut store(dir.path()), 1)).unwrap();
-    // The first block after the line of each column.
+    // The first block after the line of each column; an empty one has none.
     let header = String::from_utf8_lossy(&bytes);
     let columns = header.split("\ncolumn ").skip(1);
-    let first = columns.map(|column| column.split("\nblock at ").nth(1).unwrap()[..20].parse::<u64>().unwrap());
+    let first = columns.filter_map(|column| column.split("\nblock at ").nth(1)?[..20].parse::<u64>().ok());
     let places: Vec<u64> = first.collect();
     assert_eq!(places.len(), 5);
     assert!(places.iter().all(|place| place % 64 == 0), "{places:?}");

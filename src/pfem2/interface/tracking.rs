@@ -43,9 +43,8 @@ pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
 impl<const D: usize> InterfaceTracking<D> {
     /// The interfaces of these phases; with two, `level_set` may be sharp.
     pub fn new(list: PhaseList, level_set: Option<LevelSet>) -> Self {
-        let of_two = <[f64; 2]>::try_from(list.density()).ok().filter(|_| list.sides().is_some());
         Self {
-            sharp: level_set.zip(of_two).map(|(set, density)| LevelSet { density, ..set }),
+            sharp: level_set.filter(|_| list.sides().is_some()),
             list,
             fraction: Vec::new(),
             level: Vec::new(),

@@ -29,7 +29,6 @@ mod solids;
 mod solids_at_rest;
 mod stokes;
 mod stray_particles;
-mod surface_waves;
 mod three_fluids;
 mod turning;
 mod unresolved;

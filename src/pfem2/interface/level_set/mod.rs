@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! pseudo   φ_i = Σ_p ±N_i / Σ_p N_i                                                   Becker (37), theory (G.2)
-//! sharp    φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid (see `average`)
+//! sharp    φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid   theory (G.3)
 //! volume   find δ with V⁻(φ + δ) = V₀ − ∫∮_{φ<0} v*·n dA dt:  φ ← φ + δ                theory (G.7)
 //! ```
 //!
@@ -17,7 +17,6 @@
 //! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations. What leaves
 //! through open boundaries is counted (see `outflow`) and reported as well.
 
-mod average;
 mod distance;
 mod inflow_depth;
 mod inlet;
@@ -46,6 +45,7 @@ use crate::parallel;
 use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
+use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one
 /// only, what the farther ones lose of a curve came back through slopes, and capillary waves grew.
@@ -84,8 +84,6 @@ pub fn pseudo(inside: &[f64]) -> Vec<f64> {
 pub struct LevelSet {
     /// The fluid where φ is negative.
     pub inside: u8,
-    /// Densities of the two fluids [kg/m³]; equal ones at first.
-    pub density: [f64; 2],
     /// φ at the nodes [m].
     pub level: Vec<f64>,
     /// Depths are known up to this [m].
@@ -109,7 +107,7 @@ impl LevelSet {
         let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
         let band = BAND * edge;
-        let set = Self { inside, density: [1.0; 2], level, band, age: 0 };
+        let set = Self { inside, level, band, age: 0 };
         let Particles { position, phase, depth, .. } = particles;
         parallel::fill(depth, 256, |p| (set.sign(phase[p]) * phi(position[p])).max(0.0));
         set
@@ -159,6 +157,66 @@ impl LevelSet {
 
     fn sign(&self, fluid: u8) -> f64 {
         if fluid == self.inside { -1.0 } else { 1.0 }
+    }
+
+    /// Nodes whose particles are all deeper than the band take ± the band; nodes without particles keep φ, `before`
+    /// [m].
+    fn average<const D: usize, const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        particles: &Particles<D>,
+        before: &[f64],
+    ) -> Vec<f64> {
+        let near = self.near(mesh, particles);
+        let mut table = MomentTable::<1, N>::collect(mesh.elements().len(), |e, entries| {
+            let own = particles.of(e);
+            if !near[e] || own.is_empty() {
+                return;
+            }
+            let mut moments = GroupMoments::new(0);
+            for p in own.clone() {
+                let phi = self.sign(particles.phase[p]) * particles.depth[p].min(self.band);
+                moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));
+            }
+            entries.put(&moments);
+            entries.weigh(mesh.simplex(e).volume / own.len() as f64);
+        });
+        table.make_linear(mesh, 1, |_| false);
+        let level = |node: usize| {
+            let around = mesh.elements_around(node).iter().map(|&e| e as usize);
+            if !around.clone().any(|e| near[e]) {
+                let fluid = around.flat_map(|e| particles.of(e)).next().map(|p| particles.phase[p]);
+                return fluid.map_or(before[node], |fluid| self.sign(fluid) * self.band);
+            }
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for e in around {
+                for entry in table.of(e) {
+                    let k = mesh.elements()[e].iter().position(|&n| n as usize == node).unwrap_or(0);
+                    sum += entry.weight * entry.values[k][0];
+                    weight += entry.weight * entry.sum(k);
+                }
+            }
+            if weight > 0.0 { (sum / weight).clamp(-self.band, self.band) } else { before[node] }
+        };
+        parallel::collect(mesh.nodes().len(), 256, level)
+    }
+
+    /// Elements around nodes whose particles are not all deep in one fluid.
+    fn near<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, particles: &Particles<D>) -> Vec<bool> {
+        let elements = mesh.elements().len();
+        let shallow = |e: usize| {
+            let own = particles.of(e);
+            let mixed = particles.phase[own.clone()].windows(2).any(|pair| pair[0] != pair[1]);
+            mixed || particles.depth[own].iter().any(|&depth| depth < 0.99 * self.band)
+        };
+        let shallow = parallel::collect(elements, 256, shallow);
+        let node = |node: usize| {
+            let around = mesh.elements_around(node);
+            let fluids = || around.iter().filter_map(|&e| particles.of(e as usize).next()).map(|p| particles.phase[p]);
+            around.iter().any(|&e| shallow[e as usize]) || fluids().any(|fluid| Some(fluid) != fluids().next())
+        };
+        let node = parallel::collect(mesh.nodes().len(), 256, node);
+        parallel::collect(elements, parallel::CHUNK, |e| mesh.elements()[e].iter().any(|&n| node[n as usize]))
     }
 
     /// Measures the depths d of the particles that φ shows in their fluid anew (theory (G.4)):

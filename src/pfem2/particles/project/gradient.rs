@@ -43,16 +43,6 @@ type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 /// The gradient at a node, and whether it is sure.
 type NodeGradient<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
-/// The linear field that fits what the particles around a node carry, by least squares.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::pfem2) struct LinearFit<const K: usize, const D: usize> {
-    gradient: Gradient<K, D>,
-    /// Mean of what they carry.
-    pub mean: Vector<K>,
-    /// Variance of the fit over the particles, of each component.
-    pub explained: Vector<K>,
-}
-
 impl<const K: usize, const N: usize> MomentTable<K, N> {
     /// Corrects R_k of every entry with the gradients of the groups `0..groups`; `is_shared` is true for nodes where
     /// a group may fill a small part of the elements around.
@@ -73,20 +63,6 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         });
     }
 
-    /// Corrects R_k of every entry with the gradients of what all groups carry together, which go on from one to the
-    /// other; returns the linear fits at the nodes.
-    pub fn make_linear_together<const D: usize>(&mut self, mesh: &Mesh<D, N>) -> Vec<Option<LinearFit<K, D>>> {
-        let fit = |node: usize| self.patch(mesh, node, |_| true)?.fit();
-        let fits = parallel::collect(mesh.nodes().len(), 64, fit);
-        self.for_each(|e, entry| {
-            let nodal = mesh.elements()[e].iter().filter_map(|&i| fits[i as usize].as_ref());
-            if let Some(gradient) = mean(nodal.map(|fit| &fit.gradient)) {
-                correct(entry, &gradient, mesh.corners(e));
-            }
-        });
-        fits
-    }
-
     /// The gradients of a group; where nodes aren't shared it fills its patches.
     fn slopes<const D: usize>(
         &self,
@@ -95,23 +71,18 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         is_shared: &(impl Fn(usize) -> bool + Sync),
     ) -> Vec<Option<NodeGradient<K, D>>> {
         let slope = |node: usize| {
-            let patch = self.patch(mesh, node, |entry| entry.group == group)?;
+            let patch = self.patch(mesh, node, group)?;
             if is_shared(node) { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
         };
         parallel::collect(mesh.nodes().len(), 64, slope)
     }
 
-    /// Sums over the particles around a node in the entries that count; `None` if there are none.
-    fn patch<const D: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        node: usize,
-        counts: impl Fn(&GroupMoments<K, N>) -> bool,
-    ) -> Option<Patch<K, D>> {
+    /// Sums over the particles around a node; `None` if there are none.
+    fn patch<const D: usize>(&self, mesh: &Mesh<D, N>, node: usize, group: u8) -> Option<Patch<K, D>> {
         let mut patch =
             Patch { weight: 0.0, x: Vector::ZERO, f: Vector::ZERO, xx: Tensor::ZERO, fx: [Vector::ZERO; K] };
         for &e in mesh.elements_around(node) {
-            for entry in self.of(e as usize).iter().filter(|entry| counts(entry)) {
+            for entry in self.of(e as usize).iter().filter(|entry| entry.group == group) {
                 patch.add(entry, mesh.corners(e as usize).map(|x| x - mesh.nodes()[node]));
             }
         }
@@ -160,13 +131,6 @@ impl<const K: usize, const D: usize> Patch<K, D> {
         let (spread, least) = (self.spread(), *region * (LEAST_SPREAD * self.weight));
         let sure = positive(&(spread - least)).then(|| self.over(&spread)).flatten();
         sure.map(|gradient| (gradient, true)).or_else(|| Some((self.over(&(spread + least))?, false)))
-    }
-
-    /// The linear field that fits best; `None` as for [`Patch::gradient`].
-    fn fit(&self) -> Option<LinearFit<K, D>> {
-        let (gradient, middle) = (self.gradient()?, self.x / self.weight);
-        let explained = Vector::from_fn(|c| gradient[c].dot(self.fx[c] - middle * self.f[c]) / self.weight);
-        Some(LinearFit { gradient, mean: self.f / self.weight, explained })
     }
 
     /// Cov(f, x) Cov(x, x)⁻¹; `None` if the particles lie on a line or plane, or if there is only one.

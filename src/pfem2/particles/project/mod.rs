@@ -12,7 +12,7 @@
 //! `gradient`): exact for linear fields, order 2 up to the boundary, and Σ m_i v̂_i = Σ m_p v_p. It also keeps the
 //! average of each fluid by itself, of which that of all is the mean by mass.
 
-pub(in crate::pfem2) mod gradient;
+mod gradient;
 pub(in crate::pfem2) mod moments;
 #[cfg(test)]
 mod tests;
