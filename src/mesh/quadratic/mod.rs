@@ -25,6 +25,7 @@ mod split;
 mod thickness;
 
 pub use file::QuadraticFile;
+pub use measure::Deviation;
 pub use patches::SurfacePatches;
 pub use thickness::Thickness;
 

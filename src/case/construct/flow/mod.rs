@@ -2,6 +2,7 @@
 
 mod boundary;
 mod enclosed;
+mod filling;
 mod fluids;
 mod holding;
 mod layers;

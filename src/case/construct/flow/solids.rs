@@ -2,6 +2,7 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
+use super::filling::{filled, off_surface};
 use crate::case::resolution::size_of;
 use crate::case::{Material, SolidMeshSpec};
 use crate::error::Diagnostic;
@@ -16,15 +17,6 @@ use crate::pfem2::solid::structure::modes::NaturalModes;
 
 /// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
 const CELLS: f64 = 2.0;
-
-/// Elements across the thinnest part of a solid where the case gives no length.
-const ACROSS: usize = 2;
-
-/// Lengths of elements, over the first one, that are tried for a surface from a file that is thinner than an element.
-const FINER: [f64; 5] = [0.7, 0.5, 0.35, 0.25, 0.18];
-
-/// Cells around a surface, at most, that are tried without a length in the case.
-const MOST_TRIED: f64 = 50_000.0;
 
 /// Modes of each solid that are looked for, those without stiffness among them.
 pub(super) const MODES: usize = 12;
@@ -209,7 +201,9 @@ impl Construction<'_> {
                 "another size, `mesh = { cell = ... }`, or a mesh of your own, `mesh = { path = \"...\" }`, may help";
             self.findings.push(Diagnostic::error(format!("{key}.region"), why).help(help));
         };
-        made.map_err(wrong).ok()
+        let mesh = made.map_err(wrong).ok()?;
+        self.findings.extend(off_surface(&key, &spec.name, &region, &mesh));
+        Some(mesh)
     }
 }
 
@@ -230,25 +224,6 @@ pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &
         )
     });
     found.into_iter().chain(too_large).collect()
-}
-
-/// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest
-/// part, or a surface from a file is thinner than one.
-fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
-    let mut mesh = QuadraticMesh::fill(region, cell, dimension);
-    if region.triangles().is_some() {
-        let bounds = region.bounds();
-        let count = |cell: f64| (0..3).map(|k| ((bounds.upper[k] - bounds.lower[k]) / cell).max(1.0)).product::<f64>();
-        for cell in FINER.map(|part| part * cell).into_iter().filter(|&cell| count(cell) < MOST_TRIED) {
-            mesh = mesh.or_else(|why| QuadraticMesh::fill(region, cell, dimension).map_err(|_| why));
-        }
-    }
-    let mesh = mesh?;
-    let place = mesh.thinnest();
-    if place.elements >= ACROSS {
-        return Ok(mesh);
-    }
-    QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension)
 }
 
 /// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the

@@ -28,7 +28,7 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 
-use super::{QuadraticMesh, divisions};
+use super::{Deviation, QuadraticMesh, divisions};
 use crate::geometry::{Surface, Triangles};
 use crate::math::Vector;
 use crate::mesh::domain::size::too_many;
@@ -51,6 +51,9 @@ const GOOD: f64 = 0.2;
 
 /// With less the mesh of another choice of sharp edges may be better.
 const POOR: f64 = 0.05;
+
+/// Highest quality of a mesh with nodes off the surface: any mesh without is preferred.
+const OFF_SURFACE: f64 = 0.01;
 
 /// No place of the surface may lie farther from that of the mesh, in cells.
 const FARTHEST: f64 = 0.5;
@@ -176,8 +179,20 @@ impl Filling<'_> {
         if layered.is_empty() && quality < GOOD {
             layered.extend(mesh.quads.iter().filter(|quad| quad.hex as usize == worst).map(|quad| quad.patch));
         }
-        let quality = if made.folded().is_some() { quality.min(0.0) } else { quality };
-        Ok(Trial { mesh: made, quality })
+        let most = if made.folded().is_some() {
+            0.0
+        } else if self.is_off_surface(&made) {
+            OFF_SURFACE
+        } else {
+            1.0
+        };
+        Ok(Trial { mesh: made, quality: quality.min(most) })
+    }
+
+    /// True if a node of the boundary lies off the surface by more than what is good.
+    fn is_off_surface(&self, mesh: &QuadraticMesh) -> bool {
+        let distance = |x: [f64; 3]| self.surface.distance(Vector(x)).0;
+        mesh.deviation_by(distance).is_some_and(|deviation| deviation.part() > Deviation::GOOD)
     }
 
     /// The boundary of the cells must have the parts and holes of the surface.

@@ -1,9 +1,14 @@
 //! Elements with 27 nodes from hexahedra with eight corners: nodes in the middle of edges and sides on the boundary lie
-//! on the surface, those inside where edges and sides around them lead (transfinite interpolation, Gordon & Hall 1973).
+//! on the surface, those of sides and elements inside where what is around them leads (transfinite interpolation, Gordon
+//! & Hall 1973), those of edges inside in their middle.
 //!
 //! ```text
 //! side: x = ½ Σ x_edge − ¼ Σ x_corner         element: x = ½ Σ x_side − ¼ Σ x_edge + ⅛ Σ x_corner
 //! ```
+//!
+//! Where elements fold, edges inside follow those of the boundary (as with the meshes of Persson & Peraire 2009,
+//! DOI 10.2514/6.2009-949, by Laplace's equation instead of an elastic one); where they fold still, they are bent less,
+//! and nodes of their sides stay off the surface.
 
 use super::features::Features;
 use super::hexes::Hexes;
@@ -12,11 +17,20 @@ use crate::math::Vector;
 use crate::mesh::QuadraticMesh;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Elements whose least determinant is below this part of their largest one get straight edges.
+/// Elements whose least determinant is below this part of their largest one are bent less.
 const LEAST_DETERMINANT: f64 = 0.03;
 
-/// Times that edges are made straight.
-const ROUNDS: usize = 8;
+/// How far edges and sides are bent, over the whole way: less from round to round.
+const BENDS: [f64; 4] = [1.0, 0.5, 0.25, 0.0];
+
+/// Rounds in which elements are bent less.
+const ROUNDS: usize = 16;
+
+/// Sweeps in which the bend of edges is spread inside.
+const SWEEPS: usize = 30;
+
+/// The ends of an edge, ascending.
+type Edge = [u32; 2];
 
 /// Nodes between the corners: those of an edge or side by its corners, ascending.
 struct Raised<'a> {
@@ -28,22 +42,24 @@ struct Raised<'a> {
     elements: Vec<Vec<u32>>,
 }
 
-/// The mesh with nodes of second order.
+/// The mesh with nodes of second order. Edges inside are straight, unless elements would fold by it.
 pub fn raise(mesh: &Hexes, holds: &[Hold], features: &Features) -> QuadraticMesh {
-    let mut raised = Raised::new(mesh, holds, features);
-    let mut straight = BTreeSet::new();
-    let mut made = raised.made(&straight);
+    let raised = Raised::new(mesh, holds, features);
+    let mut bends = vec![0; mesh.nodes.len() + raised.numbers.len()];
+    let made = raised.made(&bends, &BTreeMap::new());
+    if made.flat().is_empty() {
+        return made;
+    }
+    let inner = raised.inner();
+    let mut made = raised.made(&bends, &inner);
     for _ in 0..ROUNDS {
-        let before = straight.len();
-        for (element, own) in made.elements.iter().enumerate() {
-            if made.least_determinant(element) < LEAST_DETERMINANT {
-                straight.extend(own.iter().copied());
-            }
-        }
-        if straight.len() == before {
+        let less = |node: &u32| bends[*node as usize] + 1 < BENDS.len();
+        let nodes: BTreeSet<u32> = made.flat().into_iter().flatten().copied().filter(less).collect();
+        if nodes.is_empty() {
             break;
         }
-        made = raised.made(&straight);
+        nodes.into_iter().for_each(|node| bends[node as usize] += 1);
+        made = raised.made(&bends, &inner);
     }
     made
 }
@@ -95,25 +111,66 @@ impl<'a> Raised<'a> {
         *self.numbers.entry(corners).or_insert(next)
     }
 
-    /// The mesh, in which the nodes that are listed lie where those around them lead.
-    fn made(&mut self, straight: &BTreeSet<u32>) -> QuadraticMesh {
+    /// Edges inside, each with those opposite to it in the sides around it.
+    fn inner(&self) -> BTreeMap<Edge, BTreeSet<Edge>> {
+        let mut found: BTreeMap<Edge, BTreeSet<Edge>> = BTreeMap::new();
+        for hex in &self.mesh.hexes {
+            for (k, a) in (0..3).flat_map(|k| (0..8).filter(move |a| a >> k & 1 == 0).map(move |a| (k, a))) {
+                let edge = |a: usize| {
+                    let (p, q) = (hex[a], hex[a | 1 << k]);
+                    [p.min(q), p.max(q)]
+                };
+                if !self.holds.contains_key(&edge(a)[..]) {
+                    let opposite = [(k + 1) % 3, (k + 2) % 3].map(|other| edge(a ^ 1 << other));
+                    found.entry(edge(a)).or_default().extend(opposite);
+                }
+            }
+        }
+        found
+    }
+
+    /// The mesh, in which nodes are bent by what is listed, and edges inside follow those opposite to them.
+    fn made(&self, bends: &[usize], inner: &BTreeMap<Edge, BTreeSet<Edge>>) -> QuadraticMesh {
         let mut places = self.mesh.nodes.clone();
         places.resize(places.len() + self.numbers.len(), Vector::ZERO);
-        let mut order: Vec<(&Vec<u32>, u32)> = self.numbers.iter().map(|(corners, &node)| (corners, node)).collect();
-        order.sort_by_key(|(corners, _)| corners.len());
-        for (corners, node) in order {
-            let middle = match corners.len() {
-                2 => corners.iter().map(|&n| places[n as usize]).sum::<Vector<3>>() * 0.5,
-                _ => self.between(corners, &places),
-            };
-            let hold = self.holds.get(corners).filter(|_| !straight.contains(&node));
-            places[node as usize] = hold.map_or(middle, |hold| hold.place(self.features, middle).0);
+        let of_size = |size: usize| self.numbers.iter().filter(move |(corners, _)| corners.len() == size);
+        for size in [2, 4, 8] {
+            for (corners, &node) in of_size(size) {
+                let middle = match size {
+                    2 => corners.iter().map(|&n| places[n as usize]).sum::<Vector<3>>() * 0.5,
+                    _ => self.between(corners, &places),
+                };
+                let way = BENDS[bends[node as usize]];
+                let held = self.holds.get(corners).map(|hold| hold.place(self.features, middle).0);
+                places[node as usize] = match held {
+                    Some(place) if way == 1.0 => place,
+                    Some(place) => middle + (place - middle) * way,
+                    None => middle,
+                };
+            }
+            if size == 2 {
+                self.spread(bends, inner, &mut places);
+            }
         }
         QuadraticMesh {
             dimension: 3,
             nodes: places.into_iter().map(|x| x.0).collect(),
             elements: self.elements.clone(),
             sets: BTreeMap::new(),
+        }
+    }
+
+    /// Bends edges inside as the mean of those opposite to them, which solves Laplace's equation by Gauss & Seidel's
+    /// sweeps: an element beneath a curved side is curved on its other side, too, and doesn't fold.
+    fn spread(&self, bends: &[usize], inner: &BTreeMap<Edge, BTreeSet<Edge>>, places: &mut [Vector<3>]) {
+        let number = |edge: &Edge| self.numbers[&edge[..]] as usize;
+        let straight = |edge: &Edge| (self.mesh.nodes[edge[0] as usize] + self.mesh.nodes[edge[1] as usize]) * 0.5;
+        let bent = |edge: &[u32; 2], places: &[Vector<3>]| places[number(edge)] - straight(edge);
+        for _ in 0..SWEEPS {
+            for (edge, opposite) in inner {
+                let mean = opposite.iter().map(|other| bent(other, places)).sum::<Vector<3>>() / opposite.len() as f64;
+                places[number(edge)] = straight(edge) + mean * BENDS[bends[number(edge)]];
+            }
         }
     }
 
@@ -132,6 +189,12 @@ impl<'a> Raised<'a> {
 }
 
 impl QuadraticMesh {
+    /// Nodes of each element that is folded, or nearly.
+    fn flat(&self) -> Vec<&[u32]> {
+        let is_flat = |element: &usize| self.least_determinant(*element) < LEAST_DETERMINANT;
+        (0..self.elements.len()).filter(is_flat).map(|element| &self.elements[element][..]).collect()
+    }
+
     /// The least determinant at the nodes of an element over the largest one.
     fn least_determinant(&self, element: usize) -> f64 {
         let places = (0..27).map(|a: usize| [a % 3, a / 3 % 3, a / 9].map(|i| i as f64 - 1.0));
