@@ -136,6 +136,69 @@ fn a_solid_of_triangles_runs_without_further_keys() {
     }
 }
 
+/// An oval ring whose elements are, without a length in the case, as wide as its hole: its surface is that of the file.
+#[test]
+fn a_coarse_ring_follows_the_surface_of_its_file() {
+    let (radius, thin, short, around, section) = (0.458, 0.167, 0.9, 48, 24);
+    let mut file = String::new();
+    for n in 0..around * section {
+        let [theta, phi] = [(n / section) as f64 / around as f64, (n % section) as f64 / section as f64];
+        let ((sin, cos), (up, out)) = ((TAU * theta).sin_cos(), (TAU * phi).sin_cos());
+        let r = radius + thin * out;
+        writeln!(file, "v {} {} {}", r * cos, short * r * sin, thin * up).unwrap();
+    }
+    let at = |i: usize, j: usize| 1 + i % around * section + j % section;
+    for (i, j) in (0..around).flat_map(|i| (0..section).map(move |j| (i, j))) {
+        writeln!(file, "f {} {} {} {}", at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)).unwrap();
+    }
+    let model = model_of(&file, &edited(&case(FILE, ""), "cell = \"0.25 m\"", "cell = \"0.125 m\""));
+    assert!(
+        !model.warnings.iter().any(|found| found.message.contains("off that of the file")),
+        "{:#?}",
+        model.warnings
+    );
+    let solid = &model.summary.solids[0];
+    let [sines, polygon] = [around, section].map(|n| n as f64 * (TAU / n as f64).sin());
+    let volume = sines * radius * 0.5 * polygon * thin * thin * short;
+    assert!(solid.elements < 100 && (solid.mass / (1200.0 * volume) - 1.0).abs() < 0.01, "{solid:?} {volume}");
+    let facets = [(radius + thin, around), (thin, section)].map(|(r, n)| r * (1.0 - (PI / n as f64).cos()));
+    let snapshot = model.solver.snapshot();
+    let outline = snapshot.outlines.iter().find(|set| set.name.starts_with("part")).expect("a surface");
+    for &[x, y, z] in &outline.reference[..] {
+        let away = (x.hypot(y / short) - radius).hypot(z) - thin;
+        assert!(away.abs() < facets[0] + facets[1] + 1e-9, "{away} at {:?}", [x, y, z]);
+    }
+}
+
+/// A ring, 0.4 m high, with a hole off its middle: 80 mm are left between them. Elements of a length that is given stay
+/// off the hole there, which is said; without one smaller elements are taken.
+#[test]
+fn a_surface_that_elements_stay_off_is_named() {
+    let count = 48;
+    let mut file = String::new();
+    for n in 0..4 * count {
+        let ((sin, cos), height) = ((TAU * (n % count) as f64 / count as f64).sin_cos(), 0.4 * (n / count / 2) as f64);
+        let (r, middle) = if n / count % 2 == 0 { (0.48, 0.24) } else { (0.8, 0.0) };
+        writeln!(file, "v {} {} {height}", middle + r * cos, r * sin).unwrap();
+    }
+    for k in 0..count {
+        let [inner, outer, top_inner, top_outer] =
+            [0, 1, 2, 3].map(|row| [k, k + 1].map(|k| 1 + row * count + k % count));
+        for ([a, b], [c, d]) in [(outer, top_outer), (top_inner, inner), (inner, outer), (top_outer, top_inner)] {
+            writeln!(file, "f {a} {b} {d} {c}").unwrap();
+        }
+    }
+    let found = |keys: &str| {
+        let warnings = model_of(&file, &case(FILE, keys)).warnings;
+        warnings.into_iter().filter(|found| found.message.contains("off that of the file")).collect::<Vec<_>>()
+    };
+    let coarse = found("mesh = { cell = \"0.274 m\" }");
+    assert!(coarse.len() == 1 && coarse[0].key == "body[0].mesh", "{coarse:#?}");
+    assert!(coarse[0].message.contains("the surface of `part` lies"), "{coarse:#?}");
+    assert!(coarse[0].help.as_deref().is_some_and(|help| help.contains("`mesh = { cell = ")), "{coarse:#?}");
+    assert_eq!(found(""), []);
+}
+
 /// What doesn't fit elements of a given length says where, and what helps; so does a file that is open.
 #[test]
 fn a_surface_that_cannot_be_meshed_is_refused() {

@@ -21,26 +21,40 @@ const ADVISED: f64 = 0.5;
 /// part. Inside a surface from a file it is the first one, from large to small elements, whose boundary lies on the
 /// surface, or else the one that comes nearest.
 pub(super) fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
-    let mut best = two_across(region, cell, dimension);
+    let first = two_across(region, cell, dimension);
     if region.triangles().is_none() {
-        return best;
+        return first;
     }
-    let part = |mesh: &QuadraticMesh| mesh.deviation(region).map_or(0.0, |deviation| deviation.part());
     let bounds = region.bounds();
     let count = |cell: f64| (0..3).map(|k| ((bounds.upper[k] - bounds.lower[k]) / cell).max(1.0)).product::<f64>();
-    for cell in FINER.map(|part| part * cell).into_iter().filter(|&cell| count(cell) < MOST_TRIED) {
-        let most = best.as_ref().map_or(f64::INFINITY, part);
-        if most <= Deviation::GOOD {
+    let finer = FINER.map(|part| part * cell).into_iter().filter(|&cell| count(cell) < MOST_TRIED);
+    let part = |mesh: &QuadraticMesh| mesh.deviation(region).map_or(0.0, |deviation| deviation.part());
+    nearest(first, finer, |cell| two_across(region, cell, dimension), part)
+}
+
+/// The first mesh, or one with shorter elements, that is off the surface by a part of an edge that is good; or else the
+/// one that is off by the least; or else why there is no first one.
+fn nearest<M>(
+    first: Result<M, String>,
+    finer: impl Iterator<Item = f64>,
+    fill: impl Fn(f64) -> Result<M, String>,
+    part: impl Fn(&M) -> f64,
+) -> Result<M, String> {
+    let mut best = first;
+    for cell in finer {
+        let least = best.as_ref().map_or(f64::INFINITY, &part);
+        if least <= Deviation::GOOD {
             break;
         }
-        best = match two_across(region, cell, dimension) {
-            Ok(next) if part(&next) < most => Ok(next),
+        best = match fill(cell) {
+            Ok(next) if part(&next) < least => Ok(next),
             _ => best,
         };
     }
     best
 }
 
+/// A mesh with elements of `cell` [m], or such that two lie across the thinnest part.
 fn two_across(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
     let mesh = QuadraticMesh::fill(region, cell, dimension)?;
     let place = mesh.thinnest();
@@ -67,4 +81,47 @@ pub(super) fn off_surface(key: &str, name: &str, region: &Region, mesh: &Quadrat
         ADVISED * most.edge
     );
     Some(Diagnostic::warning(format!("{key}.mesh"), message).help(help))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Surface, Triangles};
+
+    /// Meshes that are off by the part of their elements' length that a table has.
+    #[test]
+    fn shorter_elements_are_tried_until_nodes_lie_on_the_surface() {
+        let of = |first: Result<f64, String>, off: &'static [(f64, f64)]| {
+            let part = |cell: &f64| off.iter().find(|(own, _)| own == cell).map(|(_, part)| *part);
+            let fill = |cell: f64| part(&cell).map(|_| cell).ok_or_else(|| "folded".to_owned());
+            nearest(first, [0.7, 0.5, 0.35].into_iter(), fill, |cell| part(cell).unwrap())
+        };
+        assert_eq!(of(Ok(1.0), &[(1.0, 0.019), (0.7, 0.0)]), Ok(1.0));
+        assert_eq!(of(Ok(1.0), &[(1.0, 0.1), (0.7, 0.03), (0.5, 0.01), (0.35, 0.0)]), Ok(0.5));
+        // None is good: the best, which is not the finest; one that has no mesh is passed over.
+        assert_eq!(of(Ok(1.0), &[(1.0, 0.1), (0.5, 0.03), (0.35, 0.05)]), Ok(0.5));
+        assert_eq!(of(Err("thin".into()), &[(0.5, 0.03)]), Ok(0.5));
+        assert_eq!(of(Err("thin".into()), &[]), Err("thin".into()));
+    }
+
+    /// A block one of whose nodes was moved off its side, by 3 % of an edge of ½ m.
+    #[test]
+    fn a_node_off_the_surface_is_named_with_its_place() {
+        let corner = |n: u32| [n & 1, n >> 1 & 1, n >> 2].map(f64::from);
+        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let cube = Triangles { vertices: (0..8).map(corner).collect(), triangles };
+        let region = Region::Surface(Surface::new(cube).unwrap().into());
+        let mut mesh = filled(&region, 0.5, 3).unwrap();
+        assert_eq!(mesh.elements.len(), 8);
+        assert_eq!(off_surface("body[0]", "block", &region, &mesh), None);
+        let node = mesh.nearest_node([0.25, 0.25, 1.0]).unwrap() as usize;
+        mesh.nodes[node][2] -= 0.009;
+        assert_eq!(off_surface("body[0]", "block", &region, &mesh), None);
+        mesh.nodes[node][2] -= 0.006;
+        let found = off_surface("body[0]", "block", &region, &mesh).unwrap();
+        assert!(found.key == "body[0].mesh" && found.message.contains("`block` lies 1.50e-2 m off"), "{found:?}");
+        assert!(found.message.contains("(0.250000, 0.250000, 0.985000), 3 % of an edge"), "{found:?}");
+        assert!(found.help.unwrap().contains("cell = 2.50e-1"));
+    }
 }

@@ -105,6 +105,29 @@ fn round_edges_are_kept() {
     expect(&boss, 0.3, 1e-3, 3e-3);
 }
 
+/// A ring with an oval hole and a cup whose elements are as wide as the hole and the walls are thick: edges inside bend
+/// with the boundary, and no node is off the surface.
+#[test]
+fn coarse_elements_follow_curved_sides() {
+    let (radius, thin, short) = (0.22, 0.08, 0.9);
+    let mut ring = torus(radius, thin, 48);
+    ring.vertices.iter_mut().for_each(|x| x[1] *= short);
+    // Facets lie inside by 1 − cos of half of their angle, about each axis.
+    let facets = [(radius + thin, 48.0), (thin, 24.0)].map(|(r, n)| r * (1.0 - (std::f64::consts::PI / n).cos()));
+    let mesh = expect(&ring, 0.125, 1e-2, 1e-2);
+    assert!(mesh.elements.len() < 100, "{}", mesh.elements.len());
+    for node in mesh.surface_nodes() {
+        let [x, y, z] = mesh.nodes[node as usize];
+        let away = (x.hypot(y / short) - radius).hypot(z) - thin;
+        assert!(away.abs() < facets[0] + facets[1] + 1e-9, "{away} at {:?}", [x, y, z]);
+    }
+    let cup = revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.8, 1.0], [0.8, 0.2], [0.0, 0.2]], 32);
+    let mesh = expect(&cup, 0.4, 1e-2, 1e-2);
+    let region = crate::geometry::Region::Surface(Surface::new(cup).unwrap().into());
+    let most = mesh.deviation(&region).unwrap();
+    assert!(mesh.elements.len() < 200 && most.length < 1e-9, "{} {most:?}", mesh.elements.len());
+}
+
 /// A hollow is kept; two blocks in one file are two bodies.
 #[test]
 fn a_hollow_is_kept_and_two_pieces_are_refused() {
