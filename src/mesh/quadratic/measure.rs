@@ -156,7 +156,8 @@ impl QuadraticMesh {
         let x = |a: usize| Vector(self.nodes[own[a] as usize]);
         let along = |k: usize| 3usize.pow(k as u32);
         let starts = |k: usize| {
-            let is_start = move |a: &usize| (0..self.dimension).all(|i| a / along(i) % 3 != 1) && a / along(k) % 3 == 0;
+            let is_start =
+                move |a: &usize| (0..self.dimension).all(|i| a / along(i) % 3 != 1) && (a / along(k)).is_multiple_of(3);
             self.nodes_of(side).filter(is_start)
         };
         let axes = (0..self.dimension).filter(|&k| k != side.axis);
