@@ -139,7 +139,7 @@ fn a_solid_of_triangles_runs_without_further_keys() {
 /// An oval ring whose elements are, without a length in the case, as wide as its hole: its surface is that of the file.
 #[test]
 fn a_coarse_ring_follows_the_surface_of_its_file() {
-    let (radius, thin, short, around, section) = (0.458, 0.167, 0.9, 48, 24);
+    let (radius, thin, short, around, section) = (0.4365, 0.1587, 0.9, 48, 24);
     let mut file = String::new();
     for n in 0..around * section {
         let [theta, phi] = [(n / section) as f64 / around as f64, (n % section) as f64 / section as f64];
@@ -151,7 +151,9 @@ fn a_coarse_ring_follows_the_surface_of_its_file() {
     for (i, j) in (0..around).flat_map(|i| (0..section).map(move |j| (i, j))) {
         writeln!(file, "f {} {} {} {}", at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)).unwrap();
     }
-    let model = model_of(&file, &edited(&case(FILE, ""), "cell = \"0.25 m\"", "cell = \"0.125 m\""));
+    let mesh = "lower = [-0.75, -0.75, -0.375], upper = [0.75, 0.75, 0.375], cell = \"0.125 m\"";
+    let text = edited(&case(FILE, ""), "lower = [-1, -1, -1], upper = [1, 1, 1], cell = \"0.25 m\"", mesh);
+    let model = model_of(&file, &text);
     assert!(
         !model.warnings.iter().any(|found| found.message.contains("off that of the file")),
         "{:#?}",
