@@ -24,6 +24,10 @@ use crate::pfem2::particles::interpolate;
 /// Relative differences of lengths that are rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Part of the largest |φ| around a node below which φ vanishes at the node, for all elements around it: decided in each
+/// element by itself, one polygon would be missing beside another, and depths grow with the gap.
+const ON_NODE: f64 = 1e-9;
+
 /// No polygon yet.
 const NONE: u32 = u32::MAX;
 
@@ -73,6 +77,7 @@ impl<const D: usize> InterfacePolygons<D> {
     /// The zero of the linear interpolant of `level`.
     pub fn new<const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> Self {
         let mut interface = Self { facets: Vec::new(), element: Vec::new(), longest_edge: 0.0 };
+        let level = without_rounding(mesh, level);
         for (e, nodes) in (0u32..).zip(mesh.elements()) {
             let own = nodes.map(|node| level[node as usize]);
             let facets = facets::<D, N>(&own);
@@ -208,6 +213,15 @@ impl<const D: usize> InterfacePolygons<D> {
         let count = self.element[start..].iter().take_while(|&&e| e == element).count();
         start as u32..(start + count) as u32
     }
+}
+
+/// φ at the nodes, zero where it is but rounding.
+fn without_rounding<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> Vec<f64> {
+    parallel::collect(level.len(), 256, |node| {
+        let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
+        let largest = around.map(|other| level[other as usize].abs()).fold(0.0, f64::max);
+        if level[node].abs() <= ON_NODE * largest { 0.0 } else { level[node] }
+    })
 }
 
 /// Longest edge of an element with these corners [m].

@@ -85,7 +85,7 @@ pub struct Reseeded {
     pub inflow: usize,
     /// Particles that were merged into another, or dropped where there were too many.
     pub merged: usize,
-    /// Elements that had no particle.
+    /// Elements with fluid in their middle that had no particle.
     pub empty: usize,
 }
 
@@ -117,7 +117,9 @@ impl<const D: usize> Particles<D> {
             }
         };
         let edits = parallel::collect_all(mesh.elements().len(), 256, edits);
-        let empty = (0..mesh.elements().len()).filter(|&e| self.by_element.of(e).is_empty()).count();
+        let holds_fluid = |element| (origin.is_fluid)(&MeshPoint { element, shape: [1.0 / N as f64; N] });
+        let all = 0..mesh.elements().len();
+        let empty = all.filter(|&e| self.by_element.of(e).is_empty() && holds_fluid(e)).count();
         let places = edits.iter().filter_map(|edit| if let Edit::Add(place) = edit { Some(*place) } else { None });
         let places = places.filter(|place| (origin.is_fluid)(place));
         let added = self.fill(mesh, list, &places.collect::<Vec<_>>(), origin);
