@@ -142,16 +142,6 @@ impl<const D: usize> Locator<D> {
     }
 }
 
-impl<const D: usize, const N: usize> Mesh<D, N> {
-    /// Element and shape functions of a place that is reached from an element without leaving the mesh; `None` of others.
-    pub fn reach(&self, x: Vector<D>, from: usize) -> Option<(usize, [f64; N])> {
-        match walk(self, x, from)? {
-            Location::Inside { element, shape } => Some((element, shape)),
-            Location::Outside { .. } => None,
-        }
-    }
-}
-
 /// Goes through the facet of the most negative shape function, or the next one if that is at the boundary.
 fn walk<const D: usize, const N: usize>(mesh: &Mesh<D, N>, x: Vector<D>, guess: usize) -> Option<Location<N>> {
     let mut element = guess;

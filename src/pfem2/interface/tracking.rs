@@ -117,20 +117,6 @@ impl<const D: usize> InterfaceTracking<D> {
         Some(InflowDepth::new(mesh, set, openings, velocity, particles))
     }
 
-    /// Changes the depths [m] of particles beside a sharp interface over a step of `dt` [s] with v* [m/s], before they
-    /// move.
-    pub fn change_depths<const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        velocity: &[Vector<D>],
-        dt: f64,
-        particles: &mut Particles<D>,
-    ) {
-        if let Some(set) = &self.sharp {
-            set.change_depths(mesh, velocity, dt, particles);
-        }
-    }
-
     /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells
     /// it.
     pub fn inflow_density<const N: usize>(&self, place: usize) -> Option<f64> {

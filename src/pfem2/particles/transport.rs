@@ -52,7 +52,6 @@ impl<const D: usize> ParticleTracking<D> {
         let (mesh, boundary) = (&system.mesh, &system.boundary.kinds[..]);
         let lines = Streamlines::new(mesh, &Flow { velocity: &velocity, boundary, projectiles });
         let inflow_depth = interface.inflow_depth(mesh, &velocity, &mut self.columns);
-        interface.change_depths(mesh, &velocity, step.dt, &mut self.columns);
         self.events.add_motion(&self.columns.carry(&lines, step.dt));
         let rates = lines.into_rates();
         FrozenFlow { step, velocity, start, rates, inflow_depth }

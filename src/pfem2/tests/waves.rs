@@ -115,36 +115,6 @@ fn waves_amid_a_row_of_elements_do_not_grow() {
     assert!(last < 1.05 && last > 0.85, "{first} {last}");
 }
 
-/// Waves of four elements on a surface that lies on a line of the mesh, of which less than a twentieth is left after 6 s;
-/// with depths that particles kept, they lived on air that the level set moved with (theory G.2).
-#[test]
-fn short_waves_on_a_line_of_the_mesh_fade() {
-    let (height, dt) = (1e-4, 8e-3);
-    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([0.4, 0.35]), [16, 14]).unwrap();
-    let sets = vec![BoundarySetup {
-        name: "all".into(),
-        facets: mesh.boundary().to_vec(),
-        condition: Condition::Slip,
-        brings: None,
-    }];
-    let mut physics =
-        physics(vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)], [0.0.into(), (-GRAVITY).into()]);
-    physics.stabilisation = Stabilisation::Dynamic;
-    let surface = |x: Vector<2>| x[1] - 0.2 - height * (20.0 * PI * x[0]).cos();
-    let below = |x: Vector<2>| u8::from(surface(x) >= 0.0);
-    let mut setup = setup(mesh, sets, physics, below, |_| Vector::ZERO);
-    setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
-    let mut pfem = Pfem2::new(setup);
-    let whole = 0.25 * 999.0 * GRAVITY * height * height * 0.4;
-    let mut after = |k: i32| {
-        pfem.step(f64::from(k) * dt, dt).unwrap();
-        pfem.balance.totals.kinetic / whole
-    };
-    let energies: Vec<f64> = (0..800).map(&mut after).collect();
-    let last = greatest(&energies[700..]);
-    assert!(last < 0.05, "{last}");
-}
-
 /// Beyond the bound short waves gain energy from errors, which gives a notice long before the run has to stop.
 #[test]
 fn growth_beyond_the_stable_step_gives_a_notice() {

@@ -8,18 +8,16 @@
 //!
 //! An average of signs is no distance: with n particles per element its zero line is noisy by h/√n. Depths that
 //! travel with the particles and are averaged without an error in linear fields keep the line smooth to second
-//! order. They change as distances from the interface do (see `distance_rate`), and every few steps they are measured
-//! anew. Particles farther than two elements from the interface take the distance of their place from the cut polygons
-//! (see `distance`). Nearer ones only lose what has stretched φ by much, and keep what it doesn't show (see `rescaled`):
-//! polygons cut corners, and measuring from them would shrink every drop a little each time. A particle keeps its fluid
-//! whatever φ says; where φ disagrees, it also keeps its depth and so pulls the line back: films thinner than an element
-//! come back when they grow.
+//! order. Every few steps they are measured anew. Particles farther than two elements from the interface take the
+//! distance of their place from the cut polygons (see `distance`). Nearer ones only lose what has stretched φ by much,
+//! and keep what it doesn't show (see `rescaled`): polygons cut corners, and measuring from them would shrink every
+//! drop a little each time. A particle keeps its fluid whatever φ says; where φ disagrees, it also keeps its depth and
+//! so pulls the line back: films thinner than an element come back when they grow.
 //!
 //! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations. What leaves
 //! through open boundaries is counted (see `outflow`) and reported as well.
 
 mod distance;
-mod distance_rate;
 mod inflow_depth;
 mod inlet;
 mod isolated_nodes;
@@ -240,8 +238,7 @@ impl LevelSet {
         // Signed, so that in cut elements, too, the distance of a plane is linear.
         let mut distance = interface.distances(mesh, self.band);
         distance.iter_mut().zip(&self.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
-        let (straightened, slope) = (self.straightened(mesh), self.gradients(mesh));
-        let slope: Vec<f64> = slope.iter().map(|gradient| gradient.norm()).collect();
+        let (straightened, slope) = (self.straightened(mesh), self.slopes(mesh));
         let slack = SLACK * interface.longest_edge();
         let Particles { position, element, phase, depth, .. } = particles;
         parallel::change(depth, 256, |p, depth| {
@@ -261,6 +258,16 @@ impl LevelSet {
                 None => far_depth,
             };
         });
+    }
+
+    /// |∇φ| at the nodes: of the mean gradient of the elements around.
+    fn slopes<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>) -> Vec<f64> {
+        let slope = |node: usize| {
+            let around = || mesh.elements_around(node).iter().map(|&e| (e as usize, mesh.simplex(e as usize).volume));
+            let sum: Vector<D> = around().map(|(e, volume)| self.gradient(mesh, e) * volume).sum();
+            sum.norm() / around().map(|(_, volume)| volume).sum::<f64>()
+        };
+        parallel::collect(mesh.nodes().len(), 256, slope)
     }
 }
 
