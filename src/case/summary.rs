@@ -131,7 +131,7 @@ fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Optio
     let is_elastic = |solid: &SolidSetup<D>| !solid.law.is_rigid();
     let vent = match &setup.solids {
         Some(solids) if solids.setups().iter().any(is_elastic) => {
-            "; fluid comes in there as elastic solids are compressed"
+            "; the lightest fluid expands as elastic solids are compressed"
         }
         _ => "",
     };

@@ -7,6 +7,7 @@ use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, SolveOutcome, Solve
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::solid::coupling::border::SolidBorder;
+use crate::pfem2::solid::coupling::dilatation::Dilatation;
 use crate::pfem2::solid::coupling::immersed::Immersed;
 
 /// Matrix and right-hand side of velocity and pressure, their solver, and the solution.
@@ -18,6 +19,8 @@ pub(in crate::pfem2) struct LinearSystem<const N: usize> {
     pub unknowns: Vec<[f64; N]>,
     /// Outcome of the last solution.
     pub outcome: SolveOutcome,
+    /// Power of the pressure on the dilatation of a closed box with solids in the last solution [W].
+    pub dilatation_power: f64,
     /// Preconditioners made so far.
     pub preconditioners: u64,
     /// The solver, with the preconditioner that it keeps.
@@ -35,6 +38,7 @@ impl<const N: usize> LinearSystem<N> {
             rhs: vec![[0.0; N]; nodes],
             unknowns: vec![[0.0; N]; nodes],
             outcome: SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false },
+            dilatation_power: 0.0,
             preconditioners: 0,
             solver: solver(mesh, &assembly, options),
             assembly,
@@ -51,9 +55,10 @@ impl<const N: usize> LinearSystem<N> {
         mesh: &Mesh<D, N>,
         immersed: Option<&mut Immersed<D, N>>,
         constraints: &Constraints<D, N>,
+        dilatation: Option<Dilatation>,
     ) -> Result<(), StepError> {
         let outcome = match immersed {
-            Some(immersed) => self.solve_bordered(mesh, immersed, constraints)?,
+            Some(immersed) => self.solve_bordered(mesh, immersed, constraints, dilatation)?,
             None => self.solver.solve(&self.matrix, &self.rhs, &mut self.unknowns),
         };
         self.outcome = outcome.map_err(|failure| not_converged(mesh, &failure, &self.options))?;
@@ -70,18 +75,20 @@ impl<const N: usize> LinearSystem<N> {
         mesh: &Mesh<D, N>,
         immersed: &mut Immersed<D, N>,
         constraints: &Constraints<D, N>,
+        dilatation: Option<Dilatation>,
     ) -> Result<Result<SolveOutcome, NotConverged>, StepError> {
-        let mut border =
-            SolidBorder::new(mesh, immersed, constraints, &self.matrix, &mut self.rhs).ok_or_else(|| {
-                let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
-                StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
-            })?;
+        let border = SolidBorder::new(mesh, immersed, constraints, &self.matrix, &mut self.rhs, dilatation);
+        let mut border = border.ok_or_else(|| {
+            let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
+            StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
+        })?;
         let load = std::mem::take(&mut border.load);
         let mut solids = border.start(&immersed.independent);
         let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];
         let outcome = self.solver.solve_bordered(&self.matrix, &border, [self.rhs.as_flattened(), &load], x);
         immersed.independent = border.independent(&solids);
         immersed.velocity = border.velocity(&immersed.independent);
+        self.dilatation_power = border.dilatation_power(&solids, &self.unknowns);
         Ok(outcome)
     }
 

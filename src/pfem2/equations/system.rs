@@ -24,12 +24,14 @@ use crate::parallel;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::interface::FluidRegion;
-use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::particles::Particles;
+use crate::pfem2::solid::coupling::dilatation::Dilatation;
 use crate::pfem2::solid::coupling::immersed::Immersed;
+use crate::pfem2::solid::cut::ElementState;
 
 /// Velocity and pressure on the mesh.
 pub struct VelocityPressureSystem<const D: usize, const N: usize> {
@@ -128,12 +130,23 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.prescribed.update(&self.mesh, step.end(), &self.boundary, immersed, particle_solids);
         self.assemble(step, convected);
         self.start_from(convected);
-        self.linear.solve(&self.mesh, self.immersed.as_mut(), &self.prescribed.constraints)?;
+        let dilatation = self.dilatation(phases);
+        self.linear.solve(&self.mesh, self.immersed.as_mut(), &self.prescribed.constraints, dilatation)?;
         self.unpack();
         self.recover();
         self.find_subscales(convected);
         self.project_subscales();
         Ok(())
+    }
+
+    /// The fluid that gives way to elastic solids where nothing opens the box.
+    fn dilatation(&self, phases: &Phases) -> Option<Dilatation> {
+        let (immersed, pin) = (self.immersed.as_ref()?, self.boundary.pin.as_ref()?);
+        let fluid_of = |e: usize| match phases.filling(&self.mesh.elements()[e]) {
+            Filling::Pure(fluid) if immersed.cut.state[e] == ElementState::Fluid => Some(fluid),
+            _ => None,
+        };
+        Dilatation::of_lightest(&self.mesh, fluid_of, &self.contents.density, pin.node)
     }
 
     /// Fills matrix and right-hand side.

@@ -52,6 +52,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let before = sharp.level.clone();
         sharp.update(&region, particles, &self.openings);
         level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
+        level_set::absorb_unresolved_films(&region, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
         let booked = start - self.outflow[0];
@@ -64,7 +65,8 @@ impl<const D: usize> InterfaceTracking<D> {
             let left = reach - self.shift.abs();
             self.shift += level_set::shift_to_volume(&region, &mut sharp.level, wanted, left);
             let reverted = level_set::revert_spurious_nodes(&region, &origins, &mut sharp.level);
-            if reverted + level_set::absorb_isolated_nodes(mesh, &mut sharp.level) == 0 {
+            let isolated = level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
+            if reverted + isolated + level_set::absorb_unresolved_films(&region, &mut sharp.level) == 0 {
                 break;
             }
         }

@@ -166,7 +166,8 @@ impl<const D: usize> EnergyBalance<D> {
         self.sum(system);
         let FlowTotals { gravity, weight, .. } = self.totals;
         let force = std::array::from_fn(|i| force.to3()[i] + weight[i]);
-        let through = OpenBoundaryFlux::of(system, |place| interface.inflow_density::<N>(place));
+        let mut through = OpenBoundaryFlux::of(system, |place| interface.inflow_density::<N>(place));
+        through.energy += system.linear.dilatation_power;
         ExternalRates { gravity, boundary: power, force, through }
     }
 

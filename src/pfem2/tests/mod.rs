@@ -4,6 +4,7 @@ mod added_mass;
 mod bad_luck;
 mod bubble;
 mod cavity;
+mod closed_boxes;
 mod composite;
 mod contact;
 mod contact_3d;

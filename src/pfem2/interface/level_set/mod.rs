@@ -27,6 +27,7 @@ mod solids;
 mod spurious_nodes;
 #[cfg(test)]
 mod tests;
+mod unresolved_films;
 mod volume;
 
 pub use distance::InterfacePolygons;
@@ -37,6 +38,7 @@ pub use isolated_nodes::{absorb_isolated_fluids, absorb_isolated_nodes};
 pub use outflow::{OpenFacet, outflow, share_inside};
 pub use solids::{continue_level, continue_shares};
 pub use spurious_nodes::{Origins, revert_spurious_nodes};
+pub use unresolved_films::absorb_unresolved_films;
 pub use volume::{negative_volume, shift_to_volume};
 
 use crate::math::Vector;

@@ -10,11 +10,13 @@
 //! | `pressure_stiffness` | how the force of the fluid's pressure changes as that surface moves |
 //! | `immersed` | all cut elements, with the equations of the solids |
 //! | `border`, `near_nodes`, `node_coupling` | the unknowns of the solids in the linear system, and in its preconditioner |
+//! | `dilatation` | the fluid that gives way to solids that are compressed in a closed box |
 //! | `compliance` | how the nodes of solids yield to the pressure of the fluid, for its preconditioner |
 
 mod assemble;
 pub mod border;
 mod compliance;
+pub mod dilatation;
 pub mod element;
 mod enriched;
 pub mod fluid_part;

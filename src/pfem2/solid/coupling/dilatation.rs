@@ -1,0 +1,99 @@
+//! Where fluid comes in and leaves as elastic solids change their volume in a closed box (theory (J.10d)).
+//!
+//! ```text
+//! D v + C p = σ w,     σ Σ w_i = Q = Σ_i (E_p v_S)_i,     w_i = ∫ N_i over the elements full of the lightest fluid
+//! ```
+//!
+//! The fluids of a box that nothing opens have a fixed volume, and so would all solids together. Here the lightest
+//! fluid gives way, evenly, as a gas under an even pressure does: σ is the rate at which it dilates. Without σ all of Q
+//! would come in through the elements around the node whose pressure is held.
+
+use super::node_coupling::NodeCoupling;
+use crate::mesh::Mesh;
+
+/// The elements of the lightest fluid, which give way.
+#[derive(Debug, Clone)]
+pub struct Dilatation {
+    /// Nodes, ascending, and w_i [m³].
+    volumes: Vec<(u32, f64)>,
+    /// Σ w_i [m³].
+    total: f64,
+    /// The node whose pressure is held, in place of its row of continuity.
+    held: u32,
+}
+
+impl Dilatation {
+    /// The dilatation of the elements full of the lightest fluid of those that `fluid_of` finds in full elements;
+    /// `density`: of each fluid [kg/m³]; `held`: the node whose pressure is prescribed. `None`: no element is full of
+    /// one fluid.
+    pub fn of_lightest<const D: usize, const N: usize>(
+        mesh: &Mesh<D, N>,
+        fluid_of: impl Fn(usize) -> Option<usize>,
+        density: &[f64],
+        held: u32,
+    ) -> Option<Self> {
+        let full = || (0..mesh.elements().len()).filter_map(|e| Some((e, fluid_of(e)?)));
+        let (_, lightest) = full().min_by(|(_, a), (_, b)| density[*a].total_cmp(&density[*b]))?;
+        let mut share = vec![0.0; mesh.nodes().len()];
+        for (e, _) in full().filter(|&(_, fluid)| fluid == lightest) {
+            let part = mesh.simplex(e).volume / N as f64;
+            mesh.elements()[e].iter().for_each(|&node| share[node as usize] += part);
+        }
+        let total = share.iter().sum();
+        let nodes = (0..share.len()).filter(|&node| share[node] > 0.0);
+        let volumes = nodes.map(|node| (node as u32, share[node])).collect();
+        Some(Self { volumes, total, held })
+    }
+}
+
+/// The unknown σ of a border of solids, with its row σ Σ w_i − Q = 0.
+#[derive(Debug)]
+pub(super) struct DilatationRate {
+    dilatation: Dilatation,
+    /// Q = q·v_S: weights of the velocities of all nodes of solids [m²].
+    flux: Vec<f64>,
+}
+
+impl DilatationRate {
+    /// The rate that makes up for what flows through the surfaces of solids, from their couplings to all nodes of the
+    /// mesh, with `unknowns` velocities.
+    pub fn new<const D: usize, const N: usize>(
+        dilatation: Dilatation,
+        couplings: &[NodeCoupling<D, N>],
+        unknowns: usize,
+    ) -> Self {
+        let mut flux = vec![0.0; unknowns];
+        for coupling in couplings {
+            for (block, &a) in coupling.to_fluid.iter().zip(&coupling.solid) {
+                (0..D).for_each(|s| flux[a as usize * D + s] += block[N - 1][s]);
+            }
+        }
+        Self { dilatation, flux }
+    }
+
+    /// Σ w_i, the diagonal of the row [m³].
+    pub fn diagonal(&self) -> f64 {
+        self.dilatation.total
+    }
+
+    /// Q that velocities of all nodes of solids have, axis by axis [m³/s].
+    pub fn flux(&self, velocity: &[f64]) -> f64 {
+        self.flux.iter().zip(velocity).map(|(weight, v)| weight * v).sum()
+    }
+
+    /// Takes σ w off the rows of continuity.
+    pub fn subtract<const N: usize>(&self, rate: f64, rows: &mut [[f64; N]]) {
+        let rows_of_continuity = self.dilatation.volumes.iter().filter(|(node, _)| *node != self.dilatation.held);
+        rows_of_continuity.for_each(|&(node, volume)| rows[node as usize][N - 1] -= rate * volume);
+    }
+
+    /// Power of the pressure on the dilatation, σ Σ w_i p_i, from velocity and pressure of the nodes [W].
+    pub fn power<const N: usize>(&self, rate: f64, unknowns: &[[f64; N]]) -> f64 {
+        rate * self
+            .dilatation
+            .volumes
+            .iter()
+            .map(|&(node, volume)| volume * unknowns[node as usize][N - 1])
+            .sum::<f64>()
+    }
+}
