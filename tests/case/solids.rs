@@ -274,6 +274,13 @@ on = "rest"
     let [solid] = &part.summary.solids[..] else { panic!("one solid") };
     assert!((solid.mass / (2000.0 * 0.3f64.powi(3) / 6.0) - 1.0).abs() < 1e-6, "{solid:?}");
     assert!(part.summary.to_string().contains("rigid solid part: a surface of 57 nodes"), "{}", part.summary);
+    // Elements of 0.2 m hold what honey slows down in 0.1 s, 0.4 m, and not what water does, 0.4 mm.
+    let sticks = |text: &str| {
+        let notes = model_of(text).unwrap_or_else(|found| panic!("{found:#?}")).summary.notes;
+        notes.iter().any(|note| note.contains("water sticks to `part`"))
+    };
+    let glides = edited(case, "2000 kg/m^3\" }", "2000 kg/m^3\" }\nsurface = \"slip\"");
+    assert!(sticks(case) && !sticks(&edited(case, "1e-3 Pa s", "1e3 Pa s")) && !sticks(&glides));
     let rubber = "law = \"neo-hookean\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
     let refused = |text: &str, message: &str, help: &str| {
         let Err(found) = model_of(text) else { panic!("{message}") };

@@ -105,6 +105,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
     visit("dt/recommended", Column::scalar(&mut pfem.limits.control.recommended));
     visit("dt/curvature of solids", Column::scalar(&mut pfem.limits.control.solids_curvature));
+    visit("dt/recent curvatures of solids", Column::record(&mut pfem.limits.control.solids_recent));
     visit("dt/largest energy of solids", Column::scalar(&mut pfem.limits.control.solids_peak));
     pfem.notices.columns(visit);
 }

@@ -8,7 +8,7 @@
 //! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,
 //!               dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
 //! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance V/κ)^½/Δt),
-//!               κ ← max(s V/Δt², 0.99 κ)
+//!               κ ← max(least s V/Δt² of three steps, 0.99 κ)
 //! ```
 //!
 //! Time: e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if
@@ -24,9 +24,10 @@
 //! makes fingers where a heavy fluid runs into a light one.
 //!
 //! Solids: an oscillation with ω has s = ½ (ωΔt)². Motions slower than a quarter of the speed of the fluid are measured
-//! by that speed. Noise, with changes d that have other signs in each step, counts a tenth. κ remembers s over a
-//! period, and a proposal that grows by less than a fifth is ignored: steps that followed the phase of an oscillation
-//! would drive it.
+//! by that speed. Noise, with changes d that have other signs in each step, counts a tenth, and a jump, as where a
+//! surface passes a node of the mesh, not at all: it is as large in a shorter step, and s falls back after two. κ
+//! remembers s over a period, and a proposal that grows by less than a fifth is ignored: steps that followed the phase
+//! of an oscillation would drive it.
 //!
 //! The reasons, and the numbers, are in theory H.2–H.5.
 
@@ -103,6 +104,8 @@ pub struct StepControl {
     pub(in crate::pfem2) solids_peak: f64,
     /// The error of the velocity of solids over the square of the step, as it is remembered [m/s³ √kg].
     pub(in crate::pfem2) solids_curvature: f64,
+    /// The same error of the last two steps alone, the last first; infinite before the first [m/s³ √kg].
+    pub(in crate::pfem2) solids_recent: [f64; 2],
     /// The next step as far as errors go [s]: the proposal, which small rises don't change where there are solids.
     pub(in crate::pfem2) recommended: f64,
 }
@@ -116,6 +119,7 @@ impl StepControl {
             errors: ErrorEstimates::default(),
             solids_peak: 0.0,
             solids_curvature: 0.0,
+            solids_recent: [f64::INFINITY; 2],
             recommended: 0.0,
         }
     }
@@ -132,7 +136,10 @@ impl StepControl {
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
         let kept = 1.0 - FORGETTING * (dt / proposal).min(1.0);
-        self.solids_curvature = (errors.solids * speed / dt.powi(2)).max(kept * self.solids_curvature);
+        let own = errors.solids * speed / dt.powi(2);
+        let lasting = self.solids_recent.into_iter().fold(own, f64::min);
+        self.solids_recent = [own, self.solids_recent[0]];
+        self.solids_curvature = lasting.max(kept * self.solids_curvature);
         let solids = (SOLIDS * self.tolerance * speed / self.solids_curvature).sqrt() / dt;
         let wanted = (proposal * dt * velocity.min(interface).min(solids)).sqrt();
         self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
@@ -366,6 +373,26 @@ mod tests {
             most < 1.05 * least && steps.windows(2).filter(|pair| pair[0] != pair[1]).count() < 40,
             "{least} {most}"
         );
+    }
+
+    /// A jump of the velocity, which is as large whatever the step is, shows in two steps: it shortens none.
+    #[test]
+    fn jumps_of_solids_shorten_no_steps() {
+        let mut control = StepControl::new(2.0);
+        let mut dt: f64 = 0.001;
+        let mut least = f64::INFINITY;
+        for k in 0..400 {
+            let jump = if k % 40 > 37 { 0.02 } else { 0.0 };
+            let solids = 0.5 * (34.3 * dt).powi(2) + jump;
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0, 1.0);
+            dt = control.recommended;
+            if k >= 100 {
+                least = least.min(dt);
+            }
+        }
+        // The swing alone, whose steps may be shorter by what counts as no growth.
+        let steps = 2.0 * std::f64::consts::PI / 34.3 / least;
+        assert!(steps < 76.95 * RISE, "{steps}");
     }
 
     /// A solid that begins to move, v ∝ t², is measured by what it has so far: its steps may grow with the time.

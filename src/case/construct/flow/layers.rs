@@ -2,7 +2,8 @@
 //!
 //! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851), one of the length L a stream
 //! of the speed U in δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold
-//! them: a whole element of fluid would stick to the solid (theory (J.6a)).
+//! them: a whole element of fluid would stick to the solid (theory (J.6a)). A rigid solid slows down 1.27 √(ν t) in the
+//! time t at most, as a plate that is set in motion (Stokes 1851), to 63 %, too.
 
 use super::path::SolidSurroundings;
 use crate::case::resolution::size_of;
@@ -27,7 +28,8 @@ const TIMES: usize = 32;
 /// them.
 ///
 /// Solids without a known period stay as they are: rigid ones, quasi-static ones, and those whose modes weren't
-/// found; and so do all where a run begins in equilibrium, which isn't found where fluids glide.
+/// found; and so do all where a run begins in equilibrium, which isn't found where fluids glide. Says so of rigid ones
+/// beside which elements don't hold what they can slow down in the whole run.
 pub(super) fn choose<const D: usize, const N: usize>(
     structure: &mut Structure<D>,
     modes: &[NaturalMode<D>],
@@ -45,6 +47,9 @@ pub(super) fn choose<const D: usize, const N: usize>(
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
+        if setup.law.is_rigid() {
+            notes.extend(sticking(heaviest, setup, speed, around));
+        }
         let longest = modes.iter().find(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period);
         let (Some(period), Inertia::Dynamic) = (longest, setup.inertia) else { continue };
         let Some(element) = element_size(setup, mesh, locator) else { continue };
@@ -59,6 +64,25 @@ pub(super) fn choose<const D: usize, const N: usize>(
         }
     }
     notes
+}
+
+/// A note on a rigid solid, to which fluid sticks, where elements don't hold the layer that it can slow down in the run.
+fn sticking<const D: usize, const N: usize>(
+    fluid: &FluidSetup,
+    setup: &SolidSetup<D>,
+    speed: f64,
+    around: &SolidSurroundings<D, N>,
+) -> Option<String> {
+    let (element, time) = (element_size(setup, around.mesh, &around.locator)?, around.file.time.end);
+    let in_the_run = 1.27 * (fluid.law.viscosity(1.0 / time) / fluid.density * time).sqrt();
+    let layer = in_the_run.max(layer_of_stream(fluid, setup, speed));
+    (element > PART * layer).then(|| {
+        format!(
+            "{} sticks to `{}`, elements of {element:.1e} m of it where {layer:.1e} m can be slowed down until the end; \
+             `surface = \"slip\"` has it glide",
+            fluid.name, setup.name
+        )
+    })
 }
 
 /// Layer that a surface slows down as it swings [m]; of a fluid whose viscosity depends on the shear rate that at ω.

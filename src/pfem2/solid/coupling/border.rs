@@ -59,7 +59,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let equations = immersed.equations.as_ref()?;
         let mut load = loads(&immersed.elements, equations.rhs.len());
         let mut couplings = NodeCoupling::all(mesh, &immersed.elements);
-        let dilatation = dilatation.map(|of| DilatationRate::new(of, &couplings, equations.velocities.unknowns()));
+        let dilatation = dilatation.map(|of| DilatationRate::new(of, &equations.volume_slopes));
         for coupling in &mut couplings {
             coupling.turn(constraints);
             coupling.eliminate_fluid(constraints, &mut load);
@@ -71,7 +71,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         matrix.append_diagonal(fixed.iter().map(|&(size, _)| size));
         load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
         let nothing = vec![0.0; equations.velocities.count()];
-        load.extend(dilatation.iter().map(|rate| rate.flux(&equations.velocities.nodal(&nothing))));
+        load.extend(dilatation.iter().map(|rate| -rate.volume_rate(&equations.velocities.nodal(&nothing))));
         let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid)?;
         let diagonal: Vec<f64> = matrix.scaling().iter().map(|s| s.powi(-2)).collect();
         let compliance = compliance(&couplings, &equations.velocities, &diagonal, &fluid.pattern);
@@ -82,7 +82,8 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
 
     /// Guess with which iterations begin, by the independent velocities.
     pub fn start(&self, independent: &[f64]) -> Vec<f64> {
-        let dilatation = self.dilatation.iter().map(|rate| rate.flux(&self.velocity(independent)) / rate.diagonal());
+        let dilatation =
+            self.dilatation.iter().map(|rate| -rate.volume_rate(&self.velocity(independent)) / rate.diagonal());
         [independent, &self.prescribed].concat().into_iter().chain(dilatation).collect()
     }
 
@@ -176,8 +177,8 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         let (own, rows_of_rates) = own.split_at_mut(self.matrix.rows());
         self.matrix.multiply(w, own);
         for ((rate, own), &value) in self.dilatation.iter().zip(rows_of_rates).zip(rates) {
-            *own = rate.diagonal() * value - rate.flux(&velocity);
-            rate.subtract(value, rows);
+            *own = rate.diagonal() * value + rate.volume_rate(&velocity);
+            rate.add(value, rows);
         }
         let mut forces = vec![0.0; velocity.len()];
         for coupling in &self.couplings {

@@ -1,14 +1,13 @@
 //! Where fluid comes in and leaves as elastic solids change their volume in a closed box (theory (J.10d)).
 //!
 //! ```text
-//! D v + C p = σ w,     σ Σ w_i = Q = Σ_i (E_p v_S)_i,     w_i = ∫ N_i over the elements full of the lightest fluid
+//! D v + C p = σ w,     σ Σ w_i = −dV_S/dt = −Σ_a ∂V_S/∂u_a·v_a,     w_i = ∫ N_i over the elements full of the lightest fluid
 //! ```
 //!
 //! The fluids of a box that nothing opens have a fixed volume, and so would all solids together. Here the lightest
-//! fluid gives way, evenly, as a gas under an even pressure does: σ is the rate at which it dilates. Without σ all of Q
-//! would come in through the elements around the node whose pressure is held.
+//! fluid gives way, evenly, as a gas under an even pressure does: σ is the rate at which it dilates. Without it all of
+//! dV_S/dt would come in through the elements around the node whose pressure is held.
 
-use super::node_coupling::NodeCoupling;
 use crate::mesh::Mesh;
 
 /// The elements of the lightest fluid, which give way.
@@ -46,29 +45,18 @@ impl Dilatation {
     }
 }
 
-/// The unknown σ of a border of solids, with its row σ Σ w_i − Q = 0.
+/// The unknown σ of a border of solids, with its row σ Σ w_i + dV_S/dt = 0.
 #[derive(Debug)]
 pub(super) struct DilatationRate {
     dilatation: Dilatation,
-    /// Q = q·v_S: weights of the velocities of all nodes of solids [m²].
-    flux: Vec<f64>,
+    /// ∂V_S/∂u of all nodes of solids, axis by axis [m²].
+    volume_slopes: Vec<f64>,
 }
 
 impl DilatationRate {
-    /// The rate that makes up for what flows through the surfaces of solids, from their couplings to all nodes of the
-    /// mesh, with `unknowns` velocities.
-    pub fn new<const D: usize, const N: usize>(
-        dilatation: Dilatation,
-        couplings: &[NodeCoupling<D, N>],
-        unknowns: usize,
-    ) -> Self {
-        let mut flux = vec![0.0; unknowns];
-        for coupling in couplings {
-            for (block, &a) in coupling.to_fluid.iter().zip(&coupling.solid) {
-                (0..D).for_each(|s| flux[a as usize * D + s] += block[N - 1][s]);
-            }
-        }
-        Self { dilatation, flux }
+    /// The rate that makes up for solids whose volume has these slopes [m²].
+    pub fn new(dilatation: Dilatation, volume_slopes: &[f64]) -> Self {
+        Self { dilatation, volume_slopes: volume_slopes.to_vec() }
     }
 
     /// Σ w_i, the diagonal of the row [m³].
@@ -76,15 +64,15 @@ impl DilatationRate {
         self.dilatation.total
     }
 
-    /// Q that velocities of all nodes of solids have, axis by axis [m³/s].
-    pub fn flux(&self, velocity: &[f64]) -> f64 {
-        self.flux.iter().zip(velocity).map(|(weight, v)| weight * v).sum()
+    /// dV_S/dt with these velocities of all nodes of solids, axis by axis [m³/s].
+    pub fn volume_rate(&self, velocity: &[f64]) -> f64 {
+        self.volume_slopes.iter().zip(velocity).map(|(slope, v)| slope * v).sum()
     }
 
-    /// Takes σ w off the rows of continuity.
-    pub fn subtract<const N: usize>(&self, rate: f64, rows: &mut [[f64; N]]) {
+    /// Adds σ w to the rows of continuity, −D v.
+    pub fn add<const N: usize>(&self, rate: f64, rows: &mut [[f64; N]]) {
         let rows_of_continuity = self.dilatation.volumes.iter().filter(|(node, _)| *node != self.dilatation.held);
-        rows_of_continuity.for_each(|&(node, volume)| rows[node as usize][N - 1] -= rate * volume);
+        rows_of_continuity.for_each(|&(node, volume)| rows[node as usize][N - 1] += rate * volume);
     }
 
     /// Power of the pressure on the dilatation, σ Σ w_i p_i, from velocity and pressure of the nodes [W].

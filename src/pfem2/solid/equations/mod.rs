@@ -27,6 +27,8 @@ pub struct SolidEquations {
     pub inertia: IndependentInertia,
     /// T and v̄.
     pub velocities: IndependentVelocities,
+    /// ∂V/∂u of the volume of elastic solids, axis by axis [m²].
+    pub volume_slopes: Vec<f64>,
 }
 
 /// Forces on nodes that are linear in their velocities, l − L v.

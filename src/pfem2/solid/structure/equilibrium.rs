@@ -127,7 +127,8 @@ impl<const D: usize> Structure<D> {
             scale = scale.max(force.abs());
         });
         let (inertia, velocities) = (IndependentInertia::default(), self.independent_at_rest());
-        Ok((SolidEquations { matrix, rhs, linear, inertia, velocities }, scale))
+        let volume_slopes = self.volume_slopes(&self.positions(&self.state.displacement));
+        Ok((SolidEquations { matrix, rhs, linear, inertia, velocities, volume_slopes }, scale))
     }
 }
 

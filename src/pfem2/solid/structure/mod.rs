@@ -202,7 +202,8 @@ impl<const D: usize> Structure<D> {
         let mut linear = LinearForces::default();
         self.springs.add(delta, displacement_hat, &mut linear);
         let inertia = self.rigid_inertia(delta, prediction);
-        Ok(SolidEquations { matrix, rhs, linear, inertia, velocities: prediction.velocities.clone() })
+        let (velocities, volume_slopes) = (prediction.velocities.clone(), self.volume_slopes(&places));
+        Ok(SolidEquations { matrix, rhs, linear, inertia, velocities, volume_slopes })
     }
 
     /// Adds Δ K + β K_c to a matrix, and −F(u*) − K (û − u*) to a right-hand side [N].

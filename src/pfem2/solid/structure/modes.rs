@@ -57,7 +57,10 @@ impl<const D: usize> Structure<D> {
         let reduced = |matrix: SparseMatrix, linear: LinearForces| {
             let rhs = vec![0.0; matrix.rows()];
             let (inertia, velocities) = (IndependentInertia::default(), velocities.clone());
-            SolidEquations { matrix, rhs: rhs.clone(), linear, inertia, velocities }.independent(&[], &rhs).0
+            let volume_slopes = Vec::new();
+            SolidEquations { matrix, rhs: rhs.clone(), linear, inertia, velocities, volume_slopes }
+                .independent(&[], &rhs)
+                .0
         };
         let mut springs = LinearForces::default();
         let rest = vec![Vector::ZERO; self.node_count()];

@@ -2,12 +2,13 @@
 
 use super::Structure;
 use super::element;
+use super::pressure::area_vector;
 use super::stress::NodalStress;
 use crate::error::StepError;
 use crate::linalg::SparseMatrix;
 use crate::math::{SymTensor, Vector};
 use crate::parallel;
-use crate::pfem2::solid::mesh::gauss::GaussPoint;
+use crate::pfem2::solid::mesh::gauss::{GaussPoint, gauss_points};
 use crate::pfem2::solid::setup::SolidSetup;
 
 /// Elements per piece of a parallel loop.
@@ -72,6 +73,24 @@ impl<const D: usize> Structure<D> {
         let found = self.law(solid).ok().and_then(|law| element::stresses(&self.points, law, &places, &own).ok());
         let none = SymTensor::isotropic(f64::NAN);
         found.unwrap_or_else(|| vec![NodalStress { stress: none, strain: none }; self.points.len()])
+    }
+
+    /// ∂V/∂u_a = ∫ N_a n dA of the volume of elastic solids with their nodes at `positions` [m], axis by axis [m²].
+    pub(in crate::pfem2::solid) fn volume_slopes(&self, positions: &[Vector<D>]) -> Vec<f64> {
+        let (points, mut slopes) = (gauss_points(D - 1), vec![0.0; positions.len() * D]);
+        for solid in self.elastic() {
+            let first = self.nodes_of(solid).start as u32;
+            for facet in &self.setups()[solid].mesh.facets {
+                let nodes: Vec<u32> = facet.nodes.iter().map(|node| first + node).collect();
+                for point in &points {
+                    let area = area_vector(&nodes, positions, point);
+                    for (&node, shape) in nodes.iter().zip(&point.shape) {
+                        (0..D).for_each(|axis| slopes[node as usize * D + axis] += area[axis] * shape);
+                    }
+                }
+            }
+        }
+        slopes
     }
 
     /// Volume of all solids with their nodes at `positions` [m³].
