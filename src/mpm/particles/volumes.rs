@@ -14,7 +14,7 @@
 //!
 //! Within an atmosphere p_a (`ambient`) forces and energy depend on the shares of volume, too: the force of a particle
 //! is (p − p_a) V, and the atmosphere has taken the work p_a V. So volumes are relaxed in proportion to |1 − p_a/p|,
-//! the pace at which p − p_a lets particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise
+//! the rate at which p − p_a lets particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise
 //! of its sum alone. The work p_a dV on what was no volume of the gas comes back to the particle: e + p_a V stays.
 //!
 //! ```text
