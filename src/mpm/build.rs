@@ -2,18 +2,20 @@
 
 use super::contact::FrictionTable;
 use super::coupling::{Coupling, CouplingSettings, build_membranes};
-use super::grid::folded_stencil::FoldedStencil;
-use super::grid::{Ghosts, Kernel, MassCutoffs};
-use super::particles::regions;
+use super::executor::{Plain, Tiles};
+use super::grid::{Ghosts, MassCutoffs};
+use super::kernel::Kernel;
 use super::particles::{Body, Particles};
+use super::regions::parts;
 use super::state::energy::Energy;
 use super::state::notices::Notices;
 use super::state::stability;
 use super::step::method::{MethodChoices, StepCount};
 use super::step::schedule::SweepSchedule;
 use super::stress::ambient;
-use super::transfer::{CHUNK_LEN, Plain, Tiles, View};
+use super::transfer::{CHUNK_LEN, View};
 use super::wall::Walls;
+use super::wall::folded_stencil::FoldedStencil;
 use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
 use crate::material::{PointLaw, StartState};
@@ -29,7 +31,7 @@ impl<const D: usize> Mpm<D> {
     pub fn new(mut setup: Setup<D>) -> Result<Self, Vec<Diagnostic>> {
         let (bodies, membranes) = build_parts(&mut setup)?;
         let friction = FrictionTable { listed: std::mem::take(&mut setup.friction), default: setup.default_friction };
-        let bodies = regions::divide(bodies, &membranes, &friction)?;
+        let bodies = parts::divide(bodies, &membranes, &friction)?;
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
         let kernel = Kernel::new(setup.kernel, 0.25);
         let cutoffs = mass_cutoffs(&bodies, field_count, kernel, &setup.transfer);

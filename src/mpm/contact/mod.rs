@@ -52,7 +52,7 @@ pub use sheet::{FacetLocator, ParticleShift, SheetPosition};
 pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;

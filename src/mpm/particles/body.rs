@@ -1,12 +1,12 @@
 //! Material points, column by column.
 
-use super::motion::Summary;
-use super::traction::Traction;
+use super::Summary;
 use crate::geometry::SkinPoint;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
-use crate::mpm::grid::kernel::Kernel;
-use crate::mpm::transfer::Bins;
+use crate::mpm::bins::Bins;
+use crate::mpm::kernel::Kernel;
+use crate::mpm::traction::Traction;
 use crate::parallel;
 use std::sync::Arc;
 
@@ -185,6 +185,15 @@ impl<const D: usize> Body<D> {
     /// surface, ¾ edges to each side, holds a particle that does, however the particles lie.
     pub fn patch(&self, p: usize) -> f64 {
         0.75 * ((D - 1) as f64).sqrt() * self.particles.volume[p].powf(1.0 / D as f64)
+    }
+
+    /// Sorts the particles by the blocks and cells of a grid with this origin and these cells [m].
+    pub(in crate::mpm) fn sort(&mut self, origin: Vector<D>, cell: f64) {
+        let (bins, order) = Bins::sort(&self.particles.position, self.kernel, origin, cell);
+        if !order.is_sorted() {
+            self.particles.permute(&order);
+        }
+        self.bins = bins;
     }
 
     /// External forces on the particles at time `t` [N]: tractions, and gravity that varies in space.

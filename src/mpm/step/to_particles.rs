@@ -1,17 +1,17 @@
 //! From the grid back to the particles: velocities, stresses, places, Lian (65, 19).
 
 use super::LeapfrogStep;
+use super::filter::{Filter, divide_by_mass};
 use super::schedule::StrainVelocity;
 use crate::error::StepError;
 use crate::math::Vector;
+use crate::mpm::executor::Visitor;
 use crate::mpm::grid::NodeMotion;
-use crate::mpm::particles::in_field;
-use crate::mpm::particles::motion::Landing;
+use crate::mpm::motion::Landing;
+use crate::mpm::particles::{health, in_field};
 use crate::mpm::state::energy::ForceWork;
-use crate::mpm::state::health;
-use crate::mpm::stress::filter::{Filter, divide_by_mass};
+use crate::mpm::state::health::check_membrane;
 use crate::mpm::stress::heat;
-use crate::mpm::transfer::Visitor;
 use crate::mpm::{Mpm, Node, VelocityField};
 use crate::parallel;
 
@@ -155,6 +155,6 @@ impl<const D: usize> Mpm<D> {
     /// Sees that the membranes are sound.
     pub(super) fn check_membranes(&self) -> Result<(), StepError> {
         let mut membranes = self.coupling.membranes.iter();
-        membranes.try_for_each(|membrane| health::check_membrane(&self.grid, &self.walls, membrane))
+        membranes.try_for_each(|membrane| check_membrane(&self.grid, &self.walls, membrane))
     }
 }

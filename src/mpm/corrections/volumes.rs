@@ -22,14 +22,15 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
-use super::in_field;
 use super::shifting::Surroundings;
 use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
+use crate::mpm::executor::{Scattering, Targets};
 use crate::mpm::grid::GhostShares;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
-use crate::mpm::transfer::{ScatterContent, Scattering, Targets};
+use crate::mpm::particles::in_field;
+use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::Walls;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Grid, Particles, VelocityField};
 use crate::parallel;
 

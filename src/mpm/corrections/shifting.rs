@@ -27,16 +27,16 @@
 
 mod free_volume;
 
-use super::in_field;
 use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::coupling::Coupling;
-use crate::mpm::grid::folded_stencil::{FoldedStencil, flip};
-use crate::mpm::grid::kernel::Kernel;
+use crate::mpm::executor::{Executor, Scattering, Targets};
+use crate::mpm::grid::tile::{NodeRecord, put_scalar, put_velocity};
 use crate::mpm::grid::{GhostShares, Ghosts};
-use crate::mpm::transfer::{
-    Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
-};
+use crate::mpm::kernel::Kernel;
+use crate::mpm::particles::in_field;
+use crate::mpm::transfer::{GatherFields, ScatterContent};
+use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::wall::{Bodies, Walls};
 use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};

@@ -13,15 +13,14 @@
 //! A solid keeps its shape, and is not cut in two. Where it reaches through a membrane the places of its particles tell
 //! their sides.
 
-use super::traction::{Load, Traction};
-use super::{Body, Part};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Winding};
 use crate::math::Vector;
 use crate::mesh::{ClosedSurface, closed_surfaces};
 use crate::mpm::contact::FrictionTable;
 use crate::mpm::membrane::Membrane;
-use crate::mpm::{Friction, Particles};
+use crate::mpm::particles::{Body, Part, Particles};
+use crate::mpm::{Friction, Load, Traction};
 use crate::parallel;
 use std::sync::Arc;
 
