@@ -34,7 +34,7 @@ use crate::mpm::executor::{Executor, Scattering, Targets};
 use crate::mpm::grid::tile::{NodeRecord, put_scalar, put_velocity};
 use crate::mpm::grid::{GhostShares, Ghosts};
 use crate::mpm::kernel::Kernel;
-use crate::mpm::particles::in_field;
+use crate::mpm::particles::{in_field, in_field_mut};
 use crate::mpm::transfer::{GatherFields, ScatterContent};
 use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::wall::{Bodies, Walls};
@@ -90,8 +90,8 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     }
     let mut works = Vec::new();
     for field in 0..surroundings.grid.fields.len() {
-        let liquids = bodies.iter().filter(|body| body.field == field && is_liquid(body));
-        if let Some(kernel) = liquids.map(|body| body.kernel).next() {
+        let liquid = in_field(bodies, field).find(|body| is_liquid(body));
+        if let Some(kernel) = liquid.map(|body| body.kernel) {
             let excess = find_excess(surroundings, field, kernel, bodies, contact);
             works.push(apply_excess(surroundings, field, bodies, &excess, dt * EVERY as f64));
         }
@@ -109,7 +109,7 @@ fn find_excess<const D: usize>(
 ) -> Vec<[f64; 1]> {
     let Surroundings { grid, ghosts, executor, .. } = surroundings;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
-    for body in in_field(bodies, field) {
+    for body in in_field_mut(bodies, field) {
         let targets = Targets::Sums(&mut sums);
         executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
     }
@@ -117,7 +117,7 @@ fn find_excess<const D: usize>(
     let reached = |node: usize| sums[node][0] > 0.0;
     let free = free_volumes(surroundings, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
-    for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
+    for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
         let filled =
             |node: usize| if free[node] > LEAST_FREE_VOLUME { sums[node][0] / (volume * free[node]) } else { 0.0 };
         close_voids(grid, contact.stencil(), body, filled);
@@ -177,7 +177,7 @@ fn apply_excess<const D: usize>(
     let mut velocity = velocities(&grid.fields[field]);
     ghosts.fill(&grid.fields[field].limits, &mut velocity);
     let mut work = 0.0;
-    for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
+    for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
         // The first component of a shift holds the shift factor from the first sweep to the second.
         set_shift_factor(grid, body, &velocity, dt);

@@ -27,7 +27,7 @@ use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::executor::{Scattering, Targets};
 use crate::mpm::grid::GhostShares;
-use crate::mpm::particles::in_field;
+use crate::mpm::particles::in_field_mut;
 use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::Walls;
 use crate::mpm::wall::folded_stencil::FoldedStencil;
@@ -58,7 +58,7 @@ pub(in crate::mpm) fn correct<const D: usize>(
         return;
     }
     for field in 0..grid.fields.len() {
-        let mut own = in_field(bodies, field);
+        let mut own = in_field_mut(bodies, field);
         let (Some(body), None) = (own.next(), own.next()) else { continue };
         if !body.law.is_ideal_gas() || body.particles.is_empty() {
             continue;

@@ -114,12 +114,27 @@ pub struct Particles<const D: usize> {
 /// it is turned, holds one of a lattice.
 const SURFACE: f64 = 1.5;
 
+/// Number of velocity fields that bodies move in.
+pub(in crate::mpm) fn field_count<const D: usize>(bodies: &[Body<D>]) -> usize {
+    bodies.iter().map(|body| body.field + 1).max().unwrap_or(0)
+}
+
 /// The bodies of a velocity field.
-pub(in crate::mpm) fn in_field<const D: usize>(
+pub(in crate::mpm) fn in_field<const D: usize>(bodies: &[Body<D>], field: usize) -> impl Iterator<Item = &Body<D>> {
+    bodies.iter().filter(move |body| body.field == field)
+}
+
+/// The bodies of a velocity field, to be changed.
+pub(in crate::mpm) fn in_field_mut<const D: usize>(
     bodies: &mut [Body<D>],
     field: usize,
 ) -> impl Iterator<Item = &mut Body<D>> {
     bodies.iter_mut().filter(move |body| body.field == field)
+}
+
+/// The names of the bodies of a velocity field.
+pub(in crate::mpm) fn names_in_field<const D: usize>(bodies: &[Body<D>], field: usize) -> Vec<String> {
+    in_field(bodies, field).map(|body| body.name.clone()).collect()
 }
 
 impl<const D: usize> Body<D> {

@@ -8,7 +8,7 @@ mod body;
 pub(in crate::mpm) mod health;
 mod summary;
 
-pub(super) use body::in_field;
 pub use body::{Body, Part, Particles, Work};
+pub(super) use body::{field_count, in_field, in_field_mut, names_in_field};
 pub(crate) use summary::Reduce;
 pub(in crate::mpm) use summary::Summary;

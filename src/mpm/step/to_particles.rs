@@ -8,7 +8,7 @@ use crate::math::Vector;
 use crate::mpm::executor::Visitor;
 use crate::mpm::grid::NodeMotion;
 use crate::mpm::motion::Landing;
-use crate::mpm::particles::{health, in_field};
+use crate::mpm::particles::{health, in_field, in_field_mut};
 use crate::mpm::state::energy::ForceWork;
 use crate::mpm::state::health::check_membrane;
 use crate::mpm::stress::heat;
@@ -57,7 +57,7 @@ impl<const D: usize> Mpm<D> {
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| {
+            in_field_mut(bodies, field).try_for_each(|body| {
                 visitor.run(&sweeps.motion, own, body)?;
                 energy.add_external(body, step.momentum_dt);
                 Ok(())
@@ -74,7 +74,7 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
         let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-        let mut bodies: Vec<_> = in_field(bodies, field).collect();
+        let mut bodies: Vec<_> = in_field_mut(bodies, field).collect();
         let (heat, pushes) = Filter { visitor, walls, field, t, order }.apply(&mut bodies);
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
@@ -96,7 +96,7 @@ impl<const D: usize> Mpm<D> {
         let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))
+            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))
         })
     }
 
@@ -109,7 +109,7 @@ impl<const D: usize> Mpm<D> {
         let visits = &method.schedule.after_contact(*filter_order).remap;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
+            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
             let VelocityField { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
