@@ -2,18 +2,20 @@
 
 use super::contact::FrictionTable;
 use super::coupling::{Coupling, CouplingSettings, build_membranes};
-use super::grid::folded_stencil::FoldedStencil;
-use super::grid::{Ghosts, Kernel, MassCutoffs};
-use super::particles::regions;
-use super::particles::{Body, Particles};
+use super::executor::{Plain, Tiles};
+use super::grid::{Ghosts, MassCutoffs};
+use super::kernel::Kernel;
+use super::particles::{Body, Particles, field_count, in_field};
+use super::regions::parts;
 use super::state::energy::Energy;
 use super::state::notices::Notices;
 use super::state::stability;
 use super::step::method::{MethodChoices, StepCount};
 use super::step::schedule::SweepSchedule;
 use super::stress::ambient;
-use super::transfer::{CHUNK_LEN, Plain, Tiles, View};
+use super::transfer::{CHUNK_LEN, View};
 use super::wall::Walls;
+use super::wall::folded_stencil::FoldedStencil;
 use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
 use crate::material::{PointLaw, StartState};
@@ -29,15 +31,15 @@ impl<const D: usize> Mpm<D> {
     pub fn new(mut setup: Setup<D>) -> Result<Self, Vec<Diagnostic>> {
         let (bodies, membranes) = build_parts(&mut setup)?;
         let friction = FrictionTable { listed: std::mem::take(&mut setup.friction), default: setup.default_friction };
-        let bodies = regions::divide(bodies, &membranes, &friction)?;
-        let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
+        let bodies = parts::divide(bodies, &membranes, &friction)?;
+        let fields = field_count(&bodies);
         let kernel = Kernel::new(setup.kernel, 0.25);
-        let cutoffs = mass_cutoffs(&bodies, field_count, kernel, &setup.transfer);
+        let cutoffs = mass_cutoffs(&bodies, fields, kernel, &setup.transfer);
         let touching = cutoffs.iter().map(|cutoffs| cutoffs.contact).fold(f64::INFINITY, f64::min);
         let stencil = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(membranes, &bodies, stencil, &friction, coupling_settings(&setup));
         let method = build_method(&setup, &bodies);
-        let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, stencil);
+        let mut walls = Walls::new(&setup.grid, setup.obstacles, fields, stencil);
         walls.note_overlaps(&bodies);
         walls.note_solids(&bodies);
         let grid = build_grid(&setup.grid, &walls, cutoffs);
@@ -272,10 +274,7 @@ fn mass_cutoffs<const D: usize>(
     kernel: Kernel,
     transfer: &Transfer,
 ) -> Vec<MassCutoffs> {
-    let masses = |field: usize| {
-        let own = bodies.iter().filter(move |body| body.field == field);
-        own.flat_map(|body| body.particles.mass.iter().copied())
-    };
+    let masses = |field: usize| in_field(bodies, field).flat_map(|body| body.particles.mass.iter().copied());
     (0..fields).map(|field| MassCutoffs::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
 }
 

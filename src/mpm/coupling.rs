@@ -11,13 +11,12 @@
 //! loses energy for ever.
 
 use super::contact::{ContactPass, Contacts, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface};
-use super::grid::folded_stencil::FoldedStencil;
 use super::membrane::Membrane;
 use super::particles::Body;
-use super::state::health;
-use super::state::proximity::Proximity;
+use super::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, LeapfrogStep, MembraneSetup, SheetContact};
+use super::wall::folded_stencil::FoldedStencil;
+use super::{Grid, LeapfrogStep, MembraneSetup, SheetContact, SubStep};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -29,21 +28,6 @@ const FACING_COSINE: f64 = 0.7;
 
 /// ... and the membrane is no farther from the particle than the rigid surface, but for this overlap [cells].
 const OVERLAP_ALLOWED: f64 = 0.1;
-
-/// A sub-step of the membranes within a step.
-#[derive(Debug, Clone, Copy)]
-pub struct SubStep<'a> {
-    /// The step.
-    pub step: &'a LeapfrogStep,
-    /// Beginning of the sub-step after the start of the step, for positions [s].
-    pub elapsed: f64,
-    /// Length [s].
-    pub dt: f64,
-    /// End of the sub-step after the start of the step, for the momentum of bodies and sheets [s].
-    pub momentum_end: f64,
-    /// Length for the momentum [s].
-    pub momentum_dt: f64,
-}
 
 /// All membranes of a run, and everything that touches.
 #[derive(Debug)]
@@ -166,7 +150,7 @@ impl<const D: usize> Coupling<D> {
         self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
             let positions = NodePositions { position: &membrane.position, reference: &membrane.reference };
             let squeeze = self.contact.squeezed(index, positions, walls, step.dt);
-            squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))
+            squeeze.map_or(Ok(()), |squeeze| Err(squeeze.error(&membrane.name)))
         })
     }
 

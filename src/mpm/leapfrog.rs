@@ -1,4 +1,4 @@
-//! The times of a step.
+//! The times of a step, and of the sub-steps that membranes take in it.
 
 /// The times of one leapfrog step [s]: positions and stresses live at full steps, velocities between them (theory A.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,4 +33,19 @@ impl LeapfrogStep {
     pub fn after(&self) -> f64 {
         self.t + 0.5 * self.dt
     }
+}
+
+/// A sub-step of the membranes within a step.
+#[derive(Debug, Clone, Copy)]
+pub struct SubStep<'a> {
+    /// The step.
+    pub step: &'a LeapfrogStep,
+    /// Beginning of the sub-step after the start of the step, for positions [s].
+    pub elapsed: f64,
+    /// Length [s].
+    pub dt: f64,
+    /// End of the sub-step after the start of the step, for the momentum of bodies and sheets [s].
+    pub momentum_end: f64,
+    /// Length for the momentum [s].
+    pub momentum_dt: f64,
 }

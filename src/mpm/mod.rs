@@ -15,40 +15,60 @@
 //!
 //! | room | what it holds |
 //! |---|---|
-//! | `grid` | velocity fields on a sparse lattice, shape functions, ghosts, nodes of small mass |
-//! | `particles` | material points in columns, their motion, tractions, shifting, volumes, regions |
-//! | `stress` | strain, stress update, averages against locking, noise filter, heat, atmosphere |
-//! | `transfer` | scatter and gather over sorted particles, and the same sums as plain loops |
+//! | `kernel` | shape functions |
+//! | `traction`, `setup`, `leapfrog` | loads on surfaces, what a run starts from, the times of a step |
+//! | `grid` | velocity fields on a sparse lattice, ghosts, nodes of small mass |
+//! | `bins` | the order of particles by blocks of the grid |
+//! | `particles` | material points in columns, and checks of their state |
+//! | `transfer` | scatter and gather over sorted particles |
+//! | `motion`, `stress` | what is done with gathered sums: velocities, positions, strain, stress, averages against locking, heat |
+//! | `executor` | the visits of a schedule, computed by transfers or by plain loops |
+//! | `wall` | walls of the domain and rigid obstacles |
 //! | `membrane` | finite elements of membranes |
 //! | `contact` | impulses between membranes and bodies, and between bodies |
-//! | `wall` | walls of the domain and rigid obstacles |
-//! | `state` | ledger, checkpoints, snapshots, checks, the stable step |
+//! | `proximity` | membranes that meet each other or themselves |
+//! | `coupling` | the sub-steps of membranes, with contact |
+//! | `regions` | bodies on both sides of membranes at the start |
+//! | `corrections` | spacing of the particles of liquids, volumes of the particles of gases |
+//! | `state` | ledger, notices, checks, the stable step |
+//! | `step` | the step, its stages and schedule, the noise filter |
+//! | `report` | the solver as the time loop, outputs and checkpoints see it |
+//! | `build` | from a description to a solver |
+//!
+//! A room imports those above it in this table, and no other.
 
+mod bins;
 mod build;
 mod contact;
+mod corrections;
 mod coupling;
+mod executor;
 pub mod grid;
+pub mod kernel;
 mod leapfrog;
 mod membrane;
+mod motion;
 mod particles;
+pub mod proximity;
+mod regions;
+mod report;
 mod setup;
 mod state;
 mod step;
 mod stress;
+pub mod traction;
 mod transfer;
 pub mod wall;
 
-pub use coupling::SubStep;
-pub use grid::kernel::KernelKind;
-pub use grid::{EDGE, Grid, Kernel, Node, VelocityField};
-pub use leapfrog::LeapfrogStep;
+pub use grid::{EDGE, Grid, Node, VelocityField};
+pub use kernel::{Kernel, KernelKind};
+pub use leapfrog::{LeapfrogStep, SubStep};
 pub use membrane::{Balance, Membrane, MembraneElements};
-pub use particles::sides::check_sides;
-pub use particles::traction::{self, Load, Traction};
 pub use particles::{Body, Part, Particles, Work};
+pub use regions::check_sides;
 pub use setup::{
     BodySetup, Dissipation, Friction, GridSetup, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
     SupportSetup, Transfer, Wall, WallKind,
 };
-pub use state::proximity;
 pub use step::Mpm;
+pub use traction::{Load, Traction};

@@ -1,7 +1,7 @@
 //! The description of a run: complete and checked, made by the case layer.
 
-use super::grid::kernel::KernelKind;
-use super::particles::traction::Traction;
+use super::kernel::KernelKind;
+use super::traction::Traction;
 use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
 use crate::math::{Signal, Tensor, Vector};

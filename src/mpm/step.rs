@@ -20,29 +20,27 @@
 //! nodes have f_I after `complete_forces`; the particles have v_p after `filter_noise`, σ_p after `complete_stresses`,
 //! x_p after `finish_particles`.
 
+mod filter;
 pub(super) mod method;
 pub(super) mod schedule;
 mod to_grid;
 mod to_particles;
 
+use super::corrections::shifting::{self, Surroundings};
+use super::corrections::volumes;
 use super::coupling::Coupling;
+use super::executor::Executor;
 use super::grid::Ghosts;
-use super::particles::shifting::{self, Surroundings};
-use super::particles::{Body, volumes};
+use super::particles::Body;
 use super::state::energy::{Energy, GridWork};
+use super::state::health;
 use super::state::notices::Notices;
-use super::state::stability::GROWTH;
-use super::state::{columns, health, snapshot};
-use super::transfer::Executor;
 use super::wall::Walls;
 use super::{Grid, LeapfrogStep};
 use crate::error::StepError;
-use crate::simulation::{Column, Snapshot, Solver, Timer};
+use crate::simulation::Timer;
 use crate::timed;
 use method::{MethodChoices, StepCount};
-
-/// Largest ratio of two successive steps where there are membranes.
-const CHANGE: f64 = 1.5;
 
 /// The material point method in `D` dimensions.
 #[derive(Debug)]
@@ -63,75 +61,9 @@ pub struct Mpm<const D: usize> {
     pub(super) timer: Timer,
 }
 
-impl<const D: usize> Solver for Mpm<D> {
-    fn stable_dt(&self) -> f64 {
-        self.clock.bound
-    }
-
-    /// The momentum of a step advances by half of it and half of the step before, while nodes of membranes move for
-    /// the step alone: a tiny step after a long one would accelerate a sub-cycled membrane by forces that act much
-    /// longer than it moves.
-    fn largest_change(&self) -> f64 {
-        if self.coupling.membranes.is_empty() { f64::INFINITY } else { CHANGE }
-    }
-
-    fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        let step = LeapfrogStep::new(t, dt, self.clock.dt_previous);
-        self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
-        let StepCount { bound, steps, .. } = self.clock;
-        self.clock = StepCount { dt_previous: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
-        self.notices.watch(self.clock.steps, t + dt, &self.energy, &self.coupling);
-        Ok(())
-    }
-
-    fn snapshot(&self) -> Snapshot<'_> {
-        snapshot::snapshot(self)
-    }
-
-    fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
-        snapshot::forces(self, visit);
-    }
-
-    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        columns::visit(self, visit);
-    }
-
-    fn misfit(&self) -> Option<String> {
-        columns::misfit(self)
-    }
-
-    fn restored(&mut self) {
-        self.coupling.proximity.forget();
-    }
-
-    fn notices(&mut self) -> Vec<String> {
-        let mut said = self.coupling.contact.notices();
-        said.extend(self.notices.take());
-        said.extend(self.coupling.proximity.take());
-        said
-    }
-
-    fn stage_times(&self) -> Vec<(&'static str, f64)> {
-        self.timer.seconds()
-    }
-
-    fn particle_count(&self) -> usize {
-        self.bodies.iter().map(|body| body.particles.len()).sum()
-    }
-
-    fn element_count(&self) -> usize {
-        self.coupling.membranes.iter().map(|membrane| membrane.elements.len()).sum()
-    }
-
-    fn substeps(&self, dt: f64) -> u64 {
-        let count = || self.coupling.substeps(LeapfrogStep::new(0.0, dt, self.clock.dt_previous).longer());
-        if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
-    }
-}
-
 impl<const D: usize> Mpm<D> {
     /// The step: trial momentum of the bodies, membranes and contact, walls, then back to the particles.
-    fn advance(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
+    pub(super) fn advance(&mut self, step: &LeapfrogStep) -> Result<(), StepError> {
         timed!(self.timer, "activate", self.prepare_grid());
         self.energy.work = GridWork::default();
         self.filter_order = self.method.due_filter(step);

@@ -88,7 +88,7 @@ const WINDOW: Duration = Duration::from_millis(400);
 
 /// Measures the speed of a run over a sliding window.
 #[derive(Debug)]
-pub(super) struct Pace {
+pub(super) struct Throughput {
     start: Instant,
     mark: Instant,
     mark_clock: Clock,
@@ -98,7 +98,7 @@ pub(super) struct Pace {
     time_per_second: f64,
 }
 
-impl Pace {
+impl Throughput {
     /// Starts the watch at `clock`.
     pub fn new(clock: Clock) -> Self {
         let now = Instant::now();
@@ -163,10 +163,10 @@ mod tests {
 
     #[test]
     fn speed_and_time_left_follow_the_last_window() {
-        let mut pace = Pace::new(Clock::default());
+        let mut throughput = Throughput::new(Clock::default());
         let clock = Clock { time: 0.5, step: 50, dt: 0.01 };
-        pace.look(clock, 20_000, 2.0);
-        let progress = pace.progress(clock, 2.0, [1000, 30]);
+        throughput.look(clock, 20_000, 2.0);
+        let progress = throughput.progress(clock, 2.0, [1000, 30]);
         assert_eq!([progress.steps_per_second, progress.substeps_per_second], [25.0, 10_000.0]);
         assert_eq!([progress.particle_steps_per_second, progress.element_steps_per_second], [25_000.0, 300_000.0]);
         assert_eq!(progress.remaining, Some(Duration::from_secs(6)));
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn nothing_is_known_before_the_first_step() {
-        let progress = Pace::new(Clock::default()).progress(Clock::default(), 1.0, [10, 0]);
+        let progress = Throughput::new(Clock::default()).progress(Clock::default(), 1.0, [10, 0]);
         assert_eq!(progress.remaining, None);
         assert_eq!(progress.fraction(), 0.0);
     }

@@ -18,7 +18,7 @@ mod summary;
 pub use summary::RunSummary;
 
 use self::impulse::Impulses;
-use super::progress::Pace;
+use super::progress::Throughput;
 use super::{CheckpointStore, Clock, Event, Monitor, Observer, Progress, Schedule, Snapshot, Solver, Timer};
 use crate::error::{Diagnostic, Error, Result, StepError};
 use crate::timed;
@@ -101,7 +101,7 @@ pub struct Simulation {
     stop: Arc<AtomicBool>,
     /// True after a step that failed: the solver stands somewhere within it.
     broken: bool,
-    pace: Pace,
+    throughput: Throughput,
     saved: Instant,
     steps: u64,
     particle_steps: u64,
@@ -128,7 +128,7 @@ impl Simulation {
             newest: None,
             stop: Arc::default(),
             broken: false,
-            pace: Pace::new(Clock::default()),
+            throughput: Throughput::new(Clock::default()),
             saved: Instant::now(),
             steps: 0,
             particle_steps: 0,
@@ -250,7 +250,7 @@ impl Simulation {
 
     fn begin(&mut self) -> Result<()> {
         self.check_fixed_step()?;
-        self.pace = Pace::new(self.clock);
+        self.throughput = Throughput::new(self.clock);
         self.saved = Instant::now();
         let (from, progress) = (self.newest.clone(), self.progress());
         self.tell(&Event::Started { from: from.as_deref() }, &progress)?;
@@ -280,7 +280,7 @@ impl Simulation {
                 return Err(Error::Interrupted);
             }
             self.step()?;
-            if self.pace.tick(self.clock, self.substeps) {
+            if self.throughput.tick(self.clock, self.substeps) {
                 let progress = self.progress();
                 self.observers.iter_mut().try_for_each(|observer| observer.progress(&progress))?;
             }
@@ -389,7 +389,7 @@ impl Simulation {
         Progress {
             energy_drift: self.energy_drift,
             energy_remainder: self.energy_remainder,
-            ..self.pace.progress(self.clock, self.plan.end, counts)
+            ..self.throughput.progress(self.clock, self.plan.end, counts)
         }
     }
 }

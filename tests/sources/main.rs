@@ -1,5 +1,6 @@
-//! The sources and the guide as text: citations, pages, and which part imports which.
+//! The sources and the guide as text: citations, pages, what a checkpoint keeps, and which part imports which.
 
+mod checkpoint;
 mod citations;
 mod guide;
 mod layering;

@@ -1,5 +1,5 @@
-//! Imports inside of the library: the rooms of `pfem2/solid` in the order of ARCHITECTURE.md, and no circles among the
-//! files of a folder.
+//! Imports inside of the library: the rooms of `mpm` and of `pfem2/solid` in the order of their tables, and no circles
+//! among the files of a folder.
 
 use crate::layering::{outermost, root, sources, without_tests};
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,7 @@ use std::path::Path;
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
 /// Folders below `src` in which some files import each other in a circle: none is to be added.
-const WITH_CIRCLES: [&str; 2] = ["mpm", "pfem2"];
+const WITH_CIRCLES: [&str; 5] = ["geometry", "mpm/wall", "output/plot", "pfem2", "simulation"];
 
 /// The module of a file below `src`, by its names.
 fn module(path: &Path) -> Vec<String> {
@@ -47,8 +47,31 @@ fn named(module: &[String], text: &str) -> Vec<Vec<String>> {
     resolved.collect()
 }
 
-/// The modules of a folder below `src`, and what they import of one another; those of a folder in it count as one.
-/// Tests don't count.
+/// Names that the module of a folder takes from its own modules, each with the module.
+fn shared(folder: &str, known: &BTreeSet<String>) -> BTreeMap<String, String> {
+    let base = root().join("src").join(folder);
+    let own = [base.join("mod.rs"), base.with_extension("rs")].into_iter().find(|path| path.exists());
+    let code = own.map(|path| without_tests(&fs::read_to_string(path).unwrap())).unwrap_or_default();
+    let mut shared = BTreeMap::new();
+    for statement in code.split(';') {
+        let line = statement.trim_start().rsplit_once("use ").filter(|(before, _)| is_visibility(before));
+        for mut path in line.map(|(_, names)| tree(names)).unwrap_or_default() {
+            if known.contains(&path[0]) {
+                path.pop_if(|last| last == "self");
+                shared.insert(path[path.len() - 1].clone(), path[0].clone());
+            }
+        }
+    }
+    shared
+}
+
+/// True for what may stand before `use`.
+fn is_visibility(text: &str) -> bool {
+    text.is_empty() || text.starts_with("pub") && !text.contains(['{', '='])
+}
+
+/// The modules of a folder below `src`, and what they import of one another, also by the names that their parent
+/// shares; those of a folder in it count as one. Tests don't count.
 fn imports(folder: &str) -> Imports {
     let parent: Vec<String> = folder.split('/').map(str::to_owned).collect();
     let mut files = Vec::new();
@@ -59,9 +82,11 @@ fn imports(folder: &str) -> Imports {
     let mut imports: Imports =
         modules.iter().filter_map(|(module, _)| Some((inside(module)?, BTreeSet::new()))).collect();
     let known: BTreeSet<String> = imports.keys().cloned().collect();
+    let shared = shared(folder, &known);
     for (module, text) in modules.iter().filter(|(module, _)| !module.iter().any(|name| name == "tests")) {
         let Some(own) = inside(module) else { continue };
         let others = named(module, text).into_iter().filter_map(|path| inside(&path));
+        let others = others.map(|name| shared.get(&name).cloned().unwrap_or(name));
         let others = others.filter(|name| *name != own && known.contains(name));
         imports.entry(own.clone()).or_default().extend(others);
     }
@@ -104,10 +129,9 @@ fn files_of_a_folder_import_each_other_in_one_direction() {
     assert!(wrong.is_empty(), "these import each other in circles, or import such files:\n{}", wrong.join("\n"));
 }
 
-/// The rows of the list of rooms, from above.
-fn rooms() -> Vec<Vec<String>> {
-    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
-    let section = text.split("`pfem2/solid` has rooms, too").nth(1).expect("the list of rooms is introduced");
+/// The rows of a list of rooms, from above, in the part of a text that begins so.
+fn rooms(text: &str, beginning: &str) -> Vec<Vec<String>> {
+    let section = text.split(beginning).nth(1).expect("the list of rooms is introduced");
     let rows = section.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
     let names = |row: &str| {
         let cell = row.split('|').nth(1).unwrap_or_default();
@@ -116,20 +140,36 @@ fn rooms() -> Vec<Vec<String>> {
     rows.take_while(|line| line.starts_with('|')).map(names).collect()
 }
 
-#[test]
-fn rooms_of_solids_import_those_below_in_the_list() {
-    let rooms = rooms();
+/// What is wrong with imports among rooms, each of which may import those below it in the list.
+fn against(rooms: &[Vec<String>], imports: &Imports) -> Vec<String> {
     let place = |name: &String| rooms.iter().position(|row| row.contains(name));
-    let imports = imports("pfem2/solid");
     let mut wrong: Vec<String> =
         imports.keys().filter(|name| place(name).is_none()).map(|name| format!("{name} has no row")).collect();
-    for (name, others) in &imports {
+    for (name, others) in imports {
         wrong.extend(
             others.iter().filter(|other| place(other) < place(name)).map(|other| format!("{name} imports {other}")),
         );
     }
+    wrong
+}
+
+#[test]
+fn rooms_of_solids_import_those_below_in_the_list() {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let imports = imports("pfem2/solid");
+    let wrong = against(&rooms(&text, "`pfem2/solid` has rooms, too"), &imports);
     assert!(wrong.is_empty(), "against the list of rooms in ARCHITECTURE.md:\n{}", wrong.join("\n"));
     assert!(imports["coupling"].contains("cut"), "imports are found: {imports:?}");
+}
+
+#[test]
+fn rooms_of_material_points_import_those_above_in_the_list() {
+    let text = fs::read_to_string(root().join("src/mpm/mod.rs")).unwrap().replace("//! ", "");
+    let (mut rooms, imports) = (rooms(&text, "| room |"), imports("mpm"));
+    rooms.reverse();
+    let wrong = against(&rooms, &imports);
+    assert!(wrong.is_empty(), "against the list of rooms in src/mpm/mod.rs:\n{}", wrong.join("\n"));
+    assert!(imports["contact"].contains("leapfrog"), "names that the parent shares are found: {imports:?}");
 }
 
 #[test]

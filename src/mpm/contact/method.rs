@@ -8,7 +8,7 @@ use super::impulse::ContactTotals;
 use super::partner::Partners;
 use super::sheet::{ContactSheet, GuardedParticle, ParticleShift};
 use super::surface::SheetSurface;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Grid, SubStep};
 use std::fmt::Debug;
 

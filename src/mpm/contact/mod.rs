@@ -52,7 +52,8 @@ pub use sheet::{FacetLocator, ParticleShift, SheetPosition};
 pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
+use crate::mpm::particles::{field_count, names_in_field};
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
@@ -109,11 +110,8 @@ impl<const D: usize> Contacts<D> {
         bodies: &[Body<D>],
         sheets: &[SheetSource<'_, D>],
     ) -> Self {
-        let fields = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
-        let members = |field: usize| -> Vec<String> {
-            bodies.iter().filter(|body| body.field == field).map(|body| body.name.clone()).collect()
-        };
-        let names: Vec<Vec<String>> = (0..fields).map(members).collect();
+        let fields = field_count(bodies);
+        let names: Vec<Vec<String>> = (0..fields).map(|field| names_in_field(bodies, field)).collect();
         let own = |sheet: &SheetSource<'_, D>| [sheet.name.to_owned()];
         let built = |(number, sheet): (usize, &SheetSource<'_, D>)| {
             let with_bodies = names.iter().map(|body| friction.between(body, &own(sheet))).collect();

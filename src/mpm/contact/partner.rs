@@ -9,7 +9,7 @@
 
 use crate::math::Vector;
 use crate::mpm::Grid;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 
 /// The number of an absent node or partner.
 pub const NONE: u32 = u32::MAX;

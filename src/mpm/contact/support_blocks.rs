@@ -1,7 +1,7 @@
 //! Blocks of the grid in which the supports of particles that reach given nodes begin.
 
 use crate::math::Vector;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{EDGE, Grid};
 use crate::parallel;
 

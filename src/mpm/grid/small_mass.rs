@@ -16,9 +16,9 @@
 //! v_I = Σ m_J v_J / Σ m_J.
 
 use super::ghost::Ghosted;
-use super::{Grid, Kernel, MassCutoffs, Node, SmallMassNode};
+use super::{Grid, MassCutoffs, Node, SmallMassNode};
 use crate::math::Vector;
-use crate::mpm::Transfer;
+use crate::mpm::{Kernel, Transfer};
 use crate::parallel::{self, CHUNK};
 
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.

@@ -1,8 +1,8 @@
 //! The nodes around one point with their weights: the inner loop of every transfer.
 
-use super::kernel::{AxisWeights, Kernel, ShapeFunction, with_shape};
 use super::{EDGE, Grid};
 use crate::math::Vector;
+use crate::mpm::kernel::{AxisWeights, Kernel, ShapeFunction, with_shape};
 
 /// The Sᴰ nodes around a point, as products over the axes.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,8 @@
 //! Grids around points, for tests; a step activates the blocks of its sorted particles.
 
-use super::{EDGE, Grid, Kernel};
+use super::{EDGE, Grid};
 use crate::math::Vector;
+use crate::mpm::Kernel;
 use std::collections::BTreeSet;
 
 /// Makes the blocks active that lie in the supports of `points` [m], and those that ghosts in these are folded into, in

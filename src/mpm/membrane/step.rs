@@ -9,7 +9,7 @@ use super::task::{ElementTask, Run};
 use crate::error::{Place, StepError};
 use crate::material::SheetKind;
 use crate::math::{Signal, Vector};
-use crate::mpm::state::health::no_load;
+use crate::mpm::traction::no_load;
 use crate::parallel;
 
 /// Blocks of elements per parallel task.

@@ -1,12 +1,12 @@
 //! Material points, column by column.
 
-use super::motion::Summary;
-use super::traction::Traction;
+use super::Summary;
 use crate::geometry::SkinPoint;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
-use crate::mpm::grid::kernel::Kernel;
-use crate::mpm::transfer::Bins;
+use crate::mpm::bins::Bins;
+use crate::mpm::kernel::Kernel;
+use crate::mpm::traction::Traction;
 use crate::parallel;
 use std::sync::Arc;
 
@@ -114,12 +114,27 @@ pub struct Particles<const D: usize> {
 /// it is turned, holds one of a lattice.
 const SURFACE: f64 = 1.5;
 
+/// Number of velocity fields that bodies move in.
+pub(in crate::mpm) fn field_count<const D: usize>(bodies: &[Body<D>]) -> usize {
+    bodies.iter().map(|body| body.field + 1).max().unwrap_or(0)
+}
+
 /// The bodies of a velocity field.
-pub(in crate::mpm) fn in_field<const D: usize>(
+pub(in crate::mpm) fn in_field<const D: usize>(bodies: &[Body<D>], field: usize) -> impl Iterator<Item = &Body<D>> {
+    bodies.iter().filter(move |body| body.field == field)
+}
+
+/// The bodies of a velocity field, to be changed.
+pub(in crate::mpm) fn in_field_mut<const D: usize>(
     bodies: &mut [Body<D>],
     field: usize,
 ) -> impl Iterator<Item = &mut Body<D>> {
     bodies.iter_mut().filter(move |body| body.field == field)
+}
+
+/// The names of the bodies of a velocity field.
+pub(in crate::mpm) fn names_in_field<const D: usize>(bodies: &[Body<D>], field: usize) -> Vec<String> {
+    in_field(bodies, field).map(|body| body.name.clone()).collect()
 }
 
 impl<const D: usize> Body<D> {
@@ -185,6 +200,15 @@ impl<const D: usize> Body<D> {
     /// surface, ¾ edges to each side, holds a particle that does, however the particles lie.
     pub fn patch(&self, p: usize) -> f64 {
         0.75 * ((D - 1) as f64).sqrt() * self.particles.volume[p].powf(1.0 / D as f64)
+    }
+
+    /// Sorts the particles by the blocks and cells of a grid with this origin and these cells [m].
+    pub(in crate::mpm) fn sort(&mut self, origin: Vector<D>, cell: f64) {
+        let (bins, order) = Bins::sort(&self.particles.position, self.kernel, origin, cell);
+        if !order.is_sorted() {
+            self.particles.permute(&order);
+        }
+        self.bins = bins;
     }
 
     /// External forces on the particles at time `t` [N]: tractions, and gravity that varies in space.

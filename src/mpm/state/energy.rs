@@ -20,9 +20,7 @@
 
 use crate::math::Vector;
 use crate::mpm::grid::{NodeMotion, VelocityField};
-use crate::mpm::particles::Body;
-use crate::mpm::particles::motion::Summary;
-use crate::mpm::transfer::Reduce;
+use crate::mpm::particles::{Body, Reduce, Summary};
 use crate::mpm::wall::WallWork;
 use crate::parallel;
 use crate::simulation::{LedgerSums, TermId, TermKind};

@@ -2,10 +2,8 @@
 
 use crate::error::{Place, StepError};
 use crate::math::Vector;
-use crate::mpm::contact::Squeeze;
 use crate::mpm::grid::Grid;
 use crate::mpm::membrane::Membrane;
-use crate::mpm::particles::Body;
 use crate::mpm::wall::Walls;
 use crate::parallel;
 
@@ -17,43 +15,6 @@ const THROUGH: f64 = 0.5;
 
 /// A node this near to an obstacle [cells] touches it.
 const TOUCHES: f64 = 1e-2;
-
-/// The error of a body with a particle that was turned inside out.
-pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
-    let bad = body.work.volume_ratio.iter().position(|j| *j <= 0.0 || !j.is_finite()).unwrap_or(0);
-    let advice = "the velocities change too fast over a cell: lower `mpm.safety`, refine the grid, \
-                  or check the material and the initial velocities";
-    let ratio = body.work.volume_ratio[bad];
-    StepError::new(particle(body, bad), "a particle was turned inside out", "volume ratio", ratio, advice)
-}
-
-/// Positions, velocities, pressures and energies are finite, and every particle is in the domain.
-///
-/// # Errors
-/// Names the first particle that breaks this.
-pub fn check_particles<const D: usize>(grid: &Grid<D>, body: &Body<D>) -> Result<(), StepError> {
-    let particles = &body.particles;
-    let (lower, upper) = (grid.origin, grid.upper());
-    let inside = |p: usize| (0..D).all(|a| (lower[a]..=upper[a]).contains(&particles.position[p][a]));
-    let finite = |p: usize| {
-        let state = particles.velocity[p].norm_squared() + particles.pressure[p] + particles.energy[p];
-        particles.position[p].is_finite() && state.is_finite()
-    };
-    let bad = parallel::first(particles.len(), |p| !(finite(p) && inside(p)));
-    bad.map_or(Ok(()), |p| {
-        if finite(p) {
-            let x = particles.position[p];
-            let axis = (0..D).find(|&a| !(lower[a]..=upper[a]).contains(&x[a])).unwrap_or(0);
-            let quantity = ["x", "y", "z"][axis];
-            let advice = "enlarge the grid, or give that wall a kind that holds the material (`slip`, `separate`, …)";
-            Err(StepError::new(particle(body, p), "a particle left the domain", quantity, x[axis], advice))
-        } else {
-            let advice = "lower `mpm.safety`; if it stays, look for parameters of the material in wrong units";
-            let value = particles.velocity[p].norm();
-            Err(StepError::new(particle(body, p), "a particle's state is not a number", "speed", value, advice))
-        }
-    })
-}
 
 /// Every node of a membrane is in the domain, and no free node deep in an obstacle.
 ///
@@ -105,44 +66,6 @@ const KEEP_AWAY: &str = "keep it away from the wall by the thickness of the memb
 const HOLD_IT: &str = "enlarge the grid, give that wall a kind that holds the membrane (`separate`, `friction`, …), or hold it with \
                        `supports` (on a plane of symmetry the nodes on it, across it)";
 
-/// The error of a membrane that has no way out between walls, obstacles and supports.
-pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) -> StepError {
-    let Squeeze { node, place, solid, other, distance } = squeeze;
-    let place = Place::Node { body: membrane.name.clone(), index: *node, position: place.to3() };
-    match other {
-        Some(other) => StepError::new(
-            place,
-            format!("`{solid}` and `{other}` close on a membrane and leave it no way out"),
-            "their distance",
-            *distance,
-            "keep them apart by its thickness at least (`velocity` of the obstacles), or end the run before they meet (`time.end`)",
-        ),
-        None => StepError::new(
-            place,
-            format!("supports hold a node of a membrane, and `{solid}` went over it"),
-            "depth",
-            *distance,
-            "neither gives way: stop one of the two before they meet, or free that axis in `supports`",
-        ),
-    }
-}
-
-/// The external force on every particle is a number.
-///
-/// # Errors
-/// Names the first particle whose force is not.
-pub fn check_external<const D: usize>(body: &Body<D>) -> Result<(), StepError> {
-    let external = &body.work.external;
-    let bad = parallel::first(external.len(), |p| !external[p].is_finite());
-    bad.map_or(Ok(()), |p| Err(no_load(particle(body, p), external[p].norm())))
-}
-
-/// The error of a load that is not a number at a place; `value` is the norm of its force [N].
-pub fn no_load(place: Place, value: f64) -> StepError {
-    let advice = "look for a formula or value of gravity, pressure or traction beyond what numbers can hold";
-    StepError::new(place, "an external force is not a number", "force", value, advice)
-}
-
 /// The energy and every term of the ledger is a number.
 ///
 /// # Errors
@@ -154,9 +77,4 @@ pub fn check_energy(energy: f64) -> Result<(), StepError> {
     let advice = "a pressure, energy or velocity at the start is beyond what numbers can hold, or the run has become \
                   unstable: look for values in wrong units, then lower `mpm.safety`";
     Err(StepError::new(Place::Everywhere, "the energy is not a number", "energy", energy, advice))
-}
-
-/// The place of a particle of a body.
-fn particle<const D: usize>(body: &Body<D>, p: usize) -> Place {
-    Place::Particle { body: body.name.clone(), id: body.particles.id[p], position: body.particles.position[p].to3() }
 }

@@ -3,8 +3,8 @@
 use super::LeapfrogStep;
 use super::schedule::SweepSchedule;
 use crate::math::{Signal, Vector};
-use crate::mpm::particles::motion::Landing;
-use crate::mpm::transfer::OperationParameters;
+use crate::mpm::executor::OperationParameters;
+use crate::mpm::motion::Landing;
 use crate::mpm::{Dissipation, Locking, Transfer};
 
 /// The choices of a case that every step follows.

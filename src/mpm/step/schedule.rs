@@ -17,7 +17,9 @@
 //! `first` and the first half of `average` strain with v⁻ over the interval that led to the positions; `last` with v⁺,
 //! the others with ṽ, over the interval that follows (theory A.8).
 
-use crate::mpm::transfer::{MoveBy, Onto, Operation, Positions, Read, ScatterContent, Visit};
+use crate::mpm::executor::{MoveBy, Onto, Operation, Read, Visit};
+use crate::mpm::stress::strain::Positions;
+use crate::mpm::transfer::ScatterContent;
 use crate::mpm::{Locking, StressUpdate};
 
 /// The velocity of the nodes that strains the bodies after contact.

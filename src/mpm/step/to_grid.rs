@@ -3,12 +3,11 @@
 use super::LeapfrogStep;
 use crate::error::StepError;
 use crate::math::Vector;
+use crate::mpm::bins::Bins;
+use crate::mpm::executor::Visitor;
 use crate::mpm::grid::Ghosts;
 use crate::mpm::grid::small_mass::{self, TrialMomentum};
-use crate::mpm::particles::in_field;
-use crate::mpm::particles::motion::Summary;
-use crate::mpm::state::health;
-use crate::mpm::transfer::{Bins, Visitor};
+use crate::mpm::particles::{Summary, health, in_field_mut};
 use crate::mpm::wall::Bodies;
 use crate::mpm::{Mpm, VelocityField};
 use crate::parallel;
@@ -21,11 +20,11 @@ impl<const D: usize> Mpm<D> {
         for body in &mut self.bodies {
             body.summary = Summary::default();
             if body.bins.stale(body.kernel, body.particles.len()) {
-                body.bins = Bins::sort(&mut body.particles, body.kernel, self.grid.origin, self.grid.cell);
+                body.sort(self.grid.origin, self.grid.cell);
             }
             sorted |= body.bins.lost();
         }
-        let changed = sorted && self.grid.set_blocks(Bins::blocks(&self.bodies));
+        let changed = sorted && self.grid.set_blocks(Bins::blocks(self.bodies.iter().map(|body| &body.bins)));
         if sorted {
             self.bodies.iter_mut().for_each(|body| body.bins.locate(&self.grid));
         } else {
@@ -47,7 +46,7 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, bodies, ghosts, walls, method, coupling, executor, .. } = self;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            for body in in_field(bodies, field) {
+            for body in in_field_mut(bodies, field) {
                 body.find_external_forces(&method.gravity, step.t);
                 health::check_external(body)?;
                 visitor.run(&method.schedule.momentum, own, body)?;
@@ -82,7 +81,7 @@ impl<const D: usize> Mpm<D> {
                 ghosts.fill(limits, velocity);
             }
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
+            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
             walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             Ok(())
         })

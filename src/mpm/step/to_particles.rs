@@ -1,17 +1,17 @@
 //! From the grid back to the particles: velocities, stresses, places, Lian (65, 19).
 
 use super::LeapfrogStep;
+use super::filter::{Filter, divide_by_mass};
 use super::schedule::StrainVelocity;
 use crate::error::StepError;
 use crate::math::Vector;
+use crate::mpm::executor::Visitor;
 use crate::mpm::grid::NodeMotion;
-use crate::mpm::particles::in_field;
-use crate::mpm::particles::motion::Landing;
+use crate::mpm::motion::Landing;
+use crate::mpm::particles::{health, in_field, in_field_mut};
 use crate::mpm::state::energy::ForceWork;
-use crate::mpm::state::health;
-use crate::mpm::stress::filter::{Filter, divide_by_mass};
+use crate::mpm::state::health::check_membrane;
 use crate::mpm::stress::heat;
-use crate::mpm::transfer::Visitor;
 use crate::mpm::{Mpm, Node, VelocityField};
 use crate::parallel;
 
@@ -57,7 +57,7 @@ impl<const D: usize> Mpm<D> {
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| {
+            in_field_mut(bodies, field).try_for_each(|body| {
                 visitor.run(&sweeps.motion, own, body)?;
                 energy.add_external(body, step.momentum_dt);
                 Ok(())
@@ -74,7 +74,7 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
         let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-        let mut bodies: Vec<_> = in_field(bodies, field).collect();
+        let mut bodies: Vec<_> = in_field_mut(bodies, field).collect();
         let (heat, pushes) = Filter { visitor, walls, field, t, order }.apply(&mut bodies);
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
@@ -96,7 +96,7 @@ impl<const D: usize> Mpm<D> {
         let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))
+            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))
         })
     }
 
@@ -109,7 +109,7 @@ impl<const D: usize> Mpm<D> {
         let visits = &method.schedule.after_contact(*filter_order).remap;
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
+            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
             let VelocityField { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
@@ -155,6 +155,6 @@ impl<const D: usize> Mpm<D> {
     /// Sees that the membranes are sound.
     pub(super) fn check_membranes(&self) -> Result<(), StepError> {
         let mut membranes = self.coupling.membranes.iter();
-        membranes.try_for_each(|membrane| health::check_membrane(&self.grid, &self.walls, membrane))
+        membranes.try_for_each(|membrane| check_membrane(&self.grid, &self.walls, membrane))
     }
 }

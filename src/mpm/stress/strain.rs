@@ -1,9 +1,18 @@
 //! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients
 //! with an averaged volume ratio (`update` has the equations). The same for one particle at a time:
-//! `mpm::transfer::plain`.
+//! `mpm::executor::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
-use crate::mpm::transfer::{CHUNK_LEN, Chunk, ChunkColumn, Positions, Rows};
+use crate::mpm::transfer::{CHUNK_LEN, Chunk, ChunkColumn, Rows};
+
+/// The positions of particles that a velocity gradient refers to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::mpm) enum Positions {
+    /// Positions at the start of the increment.
+    Start,
+    /// Positions at its end.
+    End,
+}
 
 /// Sets the volume ratios of a chunk: det(1 + Δt L), or 1/det(1 − Δt L) for gradients over the positions at the end.
 pub(in crate::mpm) fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, positions: Positions) {

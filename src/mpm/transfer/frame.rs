@@ -1,13 +1,13 @@
 //! Positions in tile coordinates, and the weights of eight particles there.
 
 use super::Sweep;
-use super::bins::tile_origin;
 use super::group::LaneGroup;
-use super::tile::{PLANE, TILE};
 use crate::math::Vector;
 use crate::math::simd::Lanes;
+use crate::mpm::bins::tile_origin;
 use crate::mpm::grid::Fold;
-use crate::mpm::grid::kernel::{ShapeFunction, Weights};
+use crate::mpm::grid::tile::{PLANE, TILE};
+use crate::mpm::kernel::{ShapeFunction, Weights};
 
 /// Positions to tile coordinates: s = x · scale − shift.
 #[derive(Clone, Copy)]

@@ -1,17 +1,18 @@
 //! Grid to particles: velocity, acceleration, Lian (65, 19), velocity gradient, Lian (62, 63), affine moment (APIC).
-//! The same sums one particle at a time: [`super::plain`].
+//! The same sums one particle at a time: `executor::plain`.
 
-use super::bins::Bin;
+use super::Sweep;
 use super::column::{CHUNK_LEN, put};
 use super::frame::TileFrame;
 use super::gather_kernel::{self, GatherSums, Gathered};
 use super::place::Places;
 use super::rows::Rows;
-use super::tile::{Extent, NodeRecord, TILE_NODES, Tile, for_each_run};
 use super::view::View;
-use super::{Kernel, Sweep};
 use crate::math::simd::{Lanes, Task, widest};
-use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
+use crate::mpm::bins::Bin;
+use crate::mpm::grid::tile::{Extent, NodeRecord, TILE_NODES, Tile, for_each_run};
+use crate::mpm::kernel::{Kernel, ShapeFunction, with_shape};
+use crate::mpm::particles::Reduce;
 
 /// Few enough bins for one thread.
 const FEW_BINS: usize = 16;
@@ -71,23 +72,6 @@ sums! {
     MotionAndGradientSums: 1, |d| 1 + 2 * d, [true, false];
     MomentSums: 1, |d| 1 + d, [false, true];
     GradientAndMomentSums: 1, |d| 1 + d, [true, true];
-}
-
-/// Sums over particles, added in a fixed order.
-pub(crate) trait Reduce: Send + Default {
-    /// The sum of both.
-    fn plus(self, other: Self) -> Self;
-}
-
-impl Reduce for () {
-    fn plus(self, (): ()) {}
-}
-
-/// A sum.
-impl Reduce for f64 {
-    fn plus(self, other: Self) -> Self {
-        self + other
-    }
 }
 
 /// Fills the tile of a block, given its slots and extent: called once per block, so that the visits are compiled once

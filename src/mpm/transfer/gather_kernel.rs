@@ -10,9 +10,9 @@
 //! formed row by row and plane by plane. The particles are the lanes, since they read the same numbers. A scatter
 //! ([`super::scatter_kernel`]) is its adjoint.
 
-use super::tile::{TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, WIDTH};
-use crate::mpm::grid::kernel::Weights;
+use crate::mpm::grid::tile::{TILE, Tile, tile_index};
+use crate::mpm::kernel::Weights;
 
 /// The sums that a gather forms, as a type: unused ones are never computed.
 pub(crate) trait GatherSums: Copy {

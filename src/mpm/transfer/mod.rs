@@ -1,4 +1,4 @@
-//! Between particles and grid: the sums of every step, as visits that a schedule lists.
+//! Between particles and grid: sums over the particles of a body, or over the nodes around each, block by block.
 //!
 //! ```text
 //! scatter   m_I = Σ m_p N_Ip,  p_I = Σ m_p v_p N_Ip,  f_I = −Σ V_p σ_p ∇N_Ip + Σ F_p N_Ip      Lian (60, 61; 17, 18)
@@ -6,50 +6,34 @@
 //! relay     a gather, operations on the particles, and a scatter, in one sweep
 //! ```
 //!
-//! `visit` is the language of the schedule, `executor` runs it on a body, and two executors compute the sums: `plain`
-//! as plain loops, the specification; `tiles`, which runs use, fast: particles sorted by block (`bins`, `sort`), a
-//! private copy of the grid per block (`tile`), whole records at once (`scatter_kernel`, `gather_kernel`).
+//! Particles are sorted by block (`bins`); each block has a private copy of the grid (`grid::tile`), and whole records
+//! are added and read at once (`scatter_kernel`, `gather_kernel`). `executor` has the same sums as plain loops.
 //!
 //! A scatter visits the blocks colour by colour (tiles of one colour are disjoint); a gather visits them in
 //! any order, since each particle belongs to one block. All give the same bits for any number of threads.
 
-mod bins;
 mod column;
-mod executor;
 mod frame;
 mod gather;
 mod gather_kernel;
 mod group;
-mod operations;
 mod place;
-mod plain;
 mod relay;
 mod rows;
 mod scatter;
 mod scatter_kernel;
-mod sort;
 mod source;
-#[cfg(test)]
-mod tests;
-mod tile;
-mod tiles;
 mod view;
-mod visit;
 
-pub(crate) use bins::Bins;
 pub(crate) use column::{CHUNK_LEN, ChunkColumn};
-pub(in crate::mpm) use executor::{Executor, Gathering, Nodal, Scattering, Targets, Visitor};
-pub(crate) use gather::{Chunk, GatherFields, Reduce};
-pub(in crate::mpm) use operations::{OperationParameters, Operations};
-pub(in crate::mpm) use plain::Plain;
+pub(crate) use gather::{Chunk, GatherFields};
 pub(crate) use rows::Rows;
-pub(crate) use source::{ScatterContent, mean_pressure};
-pub(crate) use tile::{NodeRecord, put_scalar, put_velocity};
-pub(in crate::mpm) use tiles::Tiles;
-pub(crate) use view::View;
-pub(in crate::mpm) use visit::{MoveBy, Onto, Operation, Positions, Read, Visit};
+pub(crate) use source::ScatterContent;
+pub(crate) use view::{View, mean_pressure};
 
-use super::grid::{Fold, Grid, Kernel};
+use super::bins::Bins;
+use super::grid::{Fold, Grid};
+use super::kernel::Kernel;
 use super::particles::Body;
 use crate::math::Vector;
 

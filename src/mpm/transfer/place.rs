@@ -1,13 +1,12 @@
 //! The places of the particles of a chunk in their tile: found once for all that a visit does.
 
-use super::Kernel;
 use super::column::{CHUNK_LEN, ChunkColumn, get, put};
 use super::frame::{self, TileFrame};
 use super::group::LaneGroup;
-use super::tile::Extent;
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
-use crate::mpm::grid::kernel::{ShapeFunction, Weights, with_shape};
+use crate::mpm::grid::tile::Extent;
+use crate::mpm::kernel::{Kernel, ShapeFunction, Weights, with_shape};
 
 /// The first node of an empty lane.
 const NOWHERE: f64 = -1.0;

@@ -2,11 +2,12 @@
 
 use super::Sweep;
 use super::frame::TileFrame;
-use super::gather::{Chunk, FillTile, GatherFields, NodeReader, Reduce, fill_tile};
+use super::gather::{Chunk, FillTile, GatherFields, NodeReader, fill_tile};
 use super::scatter::{SharedNodes, Target};
 use super::source::{ScatterContent, ScatterSource};
-use super::tile::{Extent, NodeRecord, Tile};
 use super::view::View;
+use crate::mpm::grid::tile::{Extent, NodeRecord, Tile};
+use crate::mpm::particles::Reduce;
 use crate::parallel::parts_mut;
 use rayon::prelude::*;
 

@@ -1,18 +1,18 @@
 //! Particles to grid: mass and momentum, Lian (60, 61), internal and body force, Lian (17, 18), sums of scalars.
-//! The same sums one particle at a time: [`super::plain`].
+//! The same sums one particle at a time: `executor::plain`.
 
+use super::Sweep;
 use super::column::CHUNK_LEN;
 use super::frame::TileFrame;
 use super::group::LaneGroup;
 use super::place::Places;
 use super::scatter_kernel::{self, Alone, Packing, Paired, ScatterKernel, Slope};
 use super::source::{ScatterContent, ScatterSource};
-use super::tile::{Extent, NodeRecord, ScalarTile, TILE_NODES, Tile, for_each_run};
-use super::{Kernel, Sweep};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mpm::grid::Node;
-use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
+use crate::mpm::grid::tile::{Extent, NodeRecord, ScalarTile, TILE_NODES, Tile, for_each_run};
+use crate::mpm::kernel::{Kernel, ShapeFunction, with_shape};
 use crate::mpm::particles::Body;
 use rayon::prelude::*;
 

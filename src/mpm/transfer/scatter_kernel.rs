@@ -14,9 +14,9 @@
 //! A record's lanes hold the numbers of a node. Where they are four, two particles are taken at a time and their sums
 //! are added at the end. The nodes of a plane stay in registers while all particles of the run add to them.
 
-use super::tile::{ScalarTile, TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, Row, WIDTH};
-use crate::mpm::grid::kernel::Weights;
+use crate::mpm::grid::tile::{ScalarTile, TILE, Tile, tile_index};
+use crate::mpm::kernel::Weights;
 
 /// The places of particles' numbers in the lanes of a record.
 pub(crate) trait Packing {

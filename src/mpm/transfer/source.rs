@@ -1,7 +1,7 @@
 //! The contributions of particles to the grid, eight particles at a time.
 
-use super::View;
 use super::group::LaneGroup;
+use super::view::{View, mean_pressure};
 use crate::math::simd::{Lanes, WIDTH};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::particles::Body;
@@ -239,13 +239,6 @@ impl<'a, const D: usize> ScatterSource<'a, D> {
         }
         (value, slopes)
     }
-}
-
-/// Minus the mean of the normal stresses along the first `axes` axes [Pa]: what works on volume changes in as many
-/// dimensions.
-#[inline(always)]
-pub(crate) fn mean_pressure(stress: &SymTensor, axes: usize) -> f64 {
-    -stress.0[..axes].iter().sum::<f64>() / axes as f64
 }
 
 /// Places of the components of a symmetric tensor.

@@ -1,10 +1,10 @@
 //! Mutable columns of consecutive particles, which can be split between threads.
 
-use super::{CHUNK_LEN, Reduce, Sweep, mean_pressure};
+use super::{CHUNK_LEN, Sweep};
 use crate::material::{PointBatch, PointLaw};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::Grid;
-use crate::mpm::particles::{Body, Particles, Work};
+use crate::mpm::particles::{Body, Particles, Reduce, Work};
 
 macro_rules! view {
     (particles { $($kept:ident: $K:ty),+ $(,)? } work { $($passing:ident: $P:ty),+ $(,)? }) => {
@@ -146,6 +146,13 @@ impl<const D: usize> View<'_, D> {
             wave_speed: self.wave_speed,
         });
     }
+}
+
+/// Minus the mean of the normal stresses along the first `axes` axes [Pa]: what works on volume changes in as many
+/// dimensions.
+#[inline(always)]
+pub(crate) fn mean_pressure(stress: &SymTensor, axes: usize) -> f64 {
+    -stress.0[..axes].iter().sum::<f64>() / axes as f64
 }
 
 /// Particles that one thread visits at least.

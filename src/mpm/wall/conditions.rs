@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::geometry::Region;
     use crate::math::Signal;
-    use crate::mpm::grid::folded_stencil::FoldedStencil;
+    use crate::mpm::wall::folded_stencil::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
     /// There is one point per node along a surface, also where a node lies on it (−0.3 + 6 · 0.05 is rounded to

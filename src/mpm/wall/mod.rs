@@ -19,11 +19,12 @@
 //! anywhere, and act at points of their surface (`surface`); nodes deeper in them than half a support have conditions
 //! too. `conditions` lists both, `kind` is the table above, `constrain` applies it to nodes, `gap` measures gaps,
 //! `lasting` follows contacts that last. `reaction` and `pushes` sum what walls do, `solid` is the rigid surface for
-//! contact of membranes. At the end of a step no particle is within an obstacle (`position_correction`).
+//! contact of membranes; `folded_stencil` finds the nodes around a point, with walls, for contact and obstacles. At the end of a step no particle is within an obstacle (`position_correction`).
 
 mod conditions;
 mod constrain;
 mod domain;
+pub(in crate::mpm) mod folded_stencil;
 mod gap;
 mod kind;
 mod lasting;
@@ -33,15 +34,14 @@ mod reaction;
 mod solid;
 mod surface;
 
-use super::grid::folded_stencil::FoldedStencil;
 use super::{GridSetup, Obstacle, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use conditions::NodeCondition;
 use constrain::ConditionRange;
+use folded_stencil::FoldedStencil;
 pub(in crate::mpm) use gap::Bodies;
-pub use pushes::Pushes;
+pub use pushes::{Pushes, WallWork};
 use reaction::FieldReaction;
-pub use reaction::WallWork;
 pub use solid::{RigidBoundary, SheetPush};
 
 /// Fraction of a cell for the central differences of an obstacle's normal.

@@ -10,9 +10,20 @@
 //! since w_{j+1} removes from w_j the part that the particles would bring back: of the sum of all w_j the changes by
 //! conditions and mirrors remain.
 
-use super::{WallWork, Walls};
+use super::Walls;
 use crate::math::Vector;
 use crate::mpm::grid::{GhostShares, Ghosts};
+
+/// Work of a step [J], and the impulse on the particles [N s].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct WallWork<const D: usize> {
+    /// Work that moving walls did on the material.
+    pub work: f64,
+    /// Energy lost to friction and stopping.
+    pub dissipation: f64,
+    /// Impulse on the particles.
+    pub impulse: Vector<D>,
+}
 
 /// Impulses on the material by boundary [N s], and the work of moving boundaries [J].
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Forces of walls and obstacles on one velocity field during a step, their work and losses (theory E.9).
 
 use super::surface::{SurfacePoint, SurfacePoints};
-use super::{Walls, lasting};
+use super::{WallWork, Walls, lasting};
 use crate::math::Vector;
 use crate::mpm::grid::{GhostShares, Ghosts, NodeMotion};
 use crate::mpm::{Grid, LeapfrogStep, Node};
@@ -27,17 +27,6 @@ pub struct FieldReaction<const D: usize> {
     /// Contact of the field with surfaces of obstacles, and the particles in contact at the end of the last step.
     pub surface: SurfacePoints<D>,
     pub particle_contacts_before: Vec<lasting::ParticleContact>,
-}
-
-/// Work of a step [J], and the impulse on the particles [N s].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct WallWork<const D: usize> {
-    /// Work that moving walls did on the material.
-    pub work: f64,
-    /// Energy lost to friction and stopping.
-    pub dissipation: f64,
-    /// Impulse on the particles.
-    pub impulse: Vector<D>,
 }
 
 /// Sums over conditions: impulses on the material by boundary [N s], work of the moving walls and of all forces [J].

@@ -35,7 +35,7 @@ impl Simulation {
         let ledger = self.solver.snapshot().ledger;
         RunSummary {
             clock: self.clock,
-            elapsed: self.pace.elapsed(),
+            elapsed: self.throughput.elapsed(),
             steps: self.steps,
             particle_steps: self.particle_steps,
             substeps: self.substeps,

@@ -21,7 +21,7 @@ use crate::mpm::contact::sheet::{
     FacetLocator, GuardedParticle, HEIGHT_ERROR, Label, Labels, ParticleAtSheet, SheetPosition, SideOfSheet,
 };
 use crate::mpm::contact::surface::SheetSurface;
-use crate::mpm::grid::folded_stencil::flip;
+use crate::mpm::wall::folded_stencil::flip;
 use crate::mpm::{Body, Particles};
 use crate::parallel;
 

@@ -21,7 +21,7 @@ use crate::mpm::contact::method::StepContext;
 use crate::mpm::contact::partner::NONE;
 use crate::mpm::contact::sheet::ContactSheet;
 use crate::mpm::contact::surface::{SheetSource, SheetSurface};
-use crate::mpm::grid::folded_stencil::{Flips, flip};
+use crate::mpm::wall::folded_stencil::{Flips, flip};
 
 /// Weight of a contact node at a sample.
 #[derive(Debug, Clone, Copy)]

@@ -11,7 +11,7 @@
 use crate::math::Vector;
 use crate::mpm::Grid;
 use crate::mpm::contact::facet::SheetFacet;
-use crate::mpm::grid::folded_stencil::{Flips, FoldedStencil};
+use crate::mpm::wall::folded_stencil::{Flips, FoldedStencil};
 use crate::parallel;
 use std::ops::Range;
 

@@ -5,7 +5,7 @@ use crate::math::Vector;
 use crate::mpm::contact::facet::SheetFacet;
 use crate::mpm::contact::particle_size::half_size;
 use crate::mpm::contact::sheet::{Foot, Label, Nearest, SEARCH_DISTANCE};
-use crate::mpm::grid::folded_stencil::{Flips, FoldedStencil};
+use crate::mpm::wall::folded_stencil::{Flips, FoldedStencil};
 use crate::mpm::{Body, Grid};
 use crate::parallel;
 

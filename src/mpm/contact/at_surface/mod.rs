@@ -36,7 +36,7 @@ use super::partner::Partners;
 use super::sheet::{ContactSheet, GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, SideOfSheet};
 use super::surface::SheetSurface;
 use crate::math::Vector;
-use crate::mpm::grid::folded_stencil::{Flips, flip};
+use crate::mpm::wall::folded_stencil::{Flips, flip};
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
 use candidates::{Candidate, CandidateSearch, WeightedParticle, side_label, support_of};

@@ -4,7 +4,7 @@ use crate::math::Vector;
 use crate::mpm::Friction;
 use crate::mpm::contact::impulse::{Impulse, limit};
 use crate::mpm::contact::rigid::RigidContacts;
-use crate::mpm::grid::folded_stencil::Flips;
+use crate::mpm::wall::folded_stencil::Flips;
 
 /// A vector at a node of the grid.
 pub type Packed = [f64; 4];

@@ -16,7 +16,7 @@ use super::impulse::{self, ContactTotals, Impulse, Touch};
 use super::method::ContactMethod;
 use super::support_blocks::SupportBlocks;
 use crate::math::Tensor;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Friction, Grid};
 use crate::parallel::{self, CHUNK, Groups};
 use plane::{ContactPlane, NodeParticle, contact_plane};

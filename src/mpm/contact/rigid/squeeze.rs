@@ -9,6 +9,7 @@
 //! thin. Nor does an impulse move a node that supports hold along the normal.
 
 use super::{RigidContact, RigidContacts};
+use crate::error::{Place, StepError};
 use crate::math::Vector;
 use crate::mpm::wall::Walls;
 
@@ -44,6 +45,30 @@ pub struct Squeeze<const D: usize> {
     pub other: Option<String>,
     /// Distance between the two, negative where they overlap; or depth of the point in the one [m].
     pub distance: f64,
+}
+
+impl<const D: usize> Squeeze<D> {
+    /// The error of the sheet `name`, which has no way out between walls, obstacles and supports.
+    pub fn error(&self, name: &str) -> StepError {
+        let Squeeze { node, place, solid, other, distance } = self;
+        let place = Place::Node { body: name.to_owned(), index: *node, position: place.to3() };
+        match other {
+            Some(other) => StepError::new(
+                place,
+                format!("`{solid}` and `{other}` close on a membrane and leave it no way out"),
+                "their distance",
+                *distance,
+                "keep them apart by its thickness at least (`velocity` of the obstacles), or end the run before they meet (`time.end`)",
+            ),
+            None => StepError::new(
+                place,
+                format!("supports hold a node of a membrane, and `{solid}` went over it"),
+                "depth",
+                *distance,
+                "neither gives way: stop one of the two before they meet, or free that axis in `supports`",
+            ),
+        }
+    }
 }
 
 impl<const D: usize> RigidContacts<D> {

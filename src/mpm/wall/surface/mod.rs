@@ -51,7 +51,7 @@ mod point;
 mod step;
 
 use crate::math::Vector;
-use crate::mpm::grid::folded_stencil::{FoldedStencil, flip};
+use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::{Grid, Node};
 pub use point::{ImpulseIterate, ImpulseLaw, NodeOfSupport, SurfaceFoot, SurfacePoint};
 

@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use crate::geometry::Region;
     use crate::math::Signal;
-    use crate::mpm::grid::folded_stencil::FoldedStencil;
+    use crate::mpm::wall::folded_stencil::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
     const CELL: f64 = 0.5;

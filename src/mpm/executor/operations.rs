@@ -1,15 +1,17 @@
 //! The operations of a visit, a chunk of particles at a time; `perform` of [`super::plain`] has the same for one
 //! particle.
 
-use super::gather::{Chunk, GatherFields};
-use super::visit::{MoveBy, Operation, Positions};
+use super::visit::{MoveBy, Operation};
 use crate::material::PointLaw;
-use crate::mpm::particles::Body;
-use crate::mpm::particles::motion::{Landing, Summary, Transport, keep_velocity};
+use crate::mpm::motion::{Landing, Transport, keep_velocity};
+use crate::mpm::particles::{Body, Summary};
 use crate::mpm::stress::average::average_pressure;
 use crate::mpm::stress::heat::{warm, warm_by_filter};
-use crate::mpm::stress::strain::{blend_volume_ratio, blend_volume_ratio_and_gradient, measure, refer_to_start};
+use crate::mpm::stress::strain::{
+    Positions, blend_volume_ratio, blend_volume_ratio_and_gradient, measure, refer_to_start,
+};
 use crate::mpm::stress::update::update_stress;
+use crate::mpm::transfer::{Chunk, GatherFields};
 use crate::mpm::{Dissipation, Grid};
 
 /// The numbers of a step that operations need.

@@ -13,16 +13,17 @@
 //! Order 1 is PIC; higher orders keep more of what the grid can see. Corrections don't act along axes
 //! that a wall binds.
 
-use super::heat::nodal;
 use crate::math::Vector;
+use crate::mpm::executor::{Gathering, Nodal, Operation, Operations, Scattering, Targets, Visitor};
 use crate::mpm::grid::{Node, SmallMassNode};
 use crate::mpm::particles::Body;
-use crate::mpm::transfer::{Gathering, Nodal, Operation, Operations, ScatterContent, Scattering, Targets, Visitor};
+use crate::mpm::stress::heat::nodal;
+use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::{Pushes, Walls};
 use crate::parallel::{self, CHUNK};
 
 /// The filter of one velocity field.
-pub(in crate::mpm) struct Filter<'a, const D: usize> {
+pub(super) struct Filter<'a, const D: usize> {
     /// The sweeps over the particles; the nodes of the grid hold (m, v⁺, a).
     pub visitor: Visitor<'a, D>,
     /// The walls and obstacles that bind its nodes.

@@ -3,9 +3,9 @@
 //! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ)
 //! for facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for
 //! good. A fluid that reaches farther to both sides of a closed membrane is meant to: it gets a velocity field on each
-//! (`regions`).
+//! (`parts`).
 
-use super::regions::Enclosure;
+use super::parts::Enclosure;
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::contact::{FacetLocator, SheetFacet, SheetPosition};

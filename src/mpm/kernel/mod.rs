@@ -2,7 +2,7 @@
 //!
 //! Coordinates are in cells: x = (x_p − origin)/h, node i lies at x = i. Every kernel here satisfies
 //! Σ N_I = 1, Σ ∇N_I = 0 and Σ N_I x_I = x on the unbounded lattice; walls keep these through ghost
-//! nodes (see `ghost`), so the weights themselves know nothing of walls.
+//! nodes (see `grid::ghost`), so the weights themselves know nothing of walls.
 //!
 //! A kernel is one file, with its weights for one particle (the specification) and for eight (the transfers), and one
 //! line in the list below.
@@ -61,7 +61,7 @@ macro_rules! kernels {
         macro_rules! with_shape {
             ($d kernel:expr, $d shape:ident => $d run:expr) => {
                 match $d kernel {
-                    $( $crate::mpm::grid::Kernel::$Name($d shape) => $d run ),+
+                    $( $crate::mpm::kernel::Kernel::$Name($d shape) => $d run ),+
                 }
             };
         }
@@ -100,7 +100,7 @@ pub(crate) trait ShapeFunction<const S: usize>: Copy + Send + Sync {
     /// The first position of block 0 [cells]: that at which the support of a particle begins, as far as a tile allows.
     const WINDOW: f64;
     /// Distance by which a particle may leave its block before its support leaves the block's tile [cells]
-    /// (`transfer::bins`).
+    /// (`bins`).
     const SLACK: f64;
 
     /// The shape functions of particles of half length `half` [cells].

@@ -14,22 +14,20 @@
 //! Runs use [`super::tiles`], which compute the same sums over sorted particles, many at a time. Tests compare the two,
 //! sum by sum and whole steps (`Mpm::with_plain_transfers`).
 
-use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
-use super::gather::Reduce;
 use super::operations::Operations;
-use super::source::{ScatterContent, mean_pressure};
-use super::tile::Extent;
-use super::view::View;
-use super::visit::{MoveBy, Operation, Positions};
+use super::visit::{MoveBy, Operation};
+use super::visitor::{Executor, Gathering, Nodal, Scattering, Targets};
 use crate::material::PointLaw;
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::Grid;
-use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
 use crate::mpm::grid::stencil::Stencil;
+use crate::mpm::grid::tile::Extent;
 use crate::mpm::grid::{Fold, Node};
-use crate::mpm::particles::Body;
-use crate::mpm::particles::motion::Summary;
+use crate::mpm::kernel::{ShapeFunction, with_shape};
+use crate::mpm::particles::{Body, Reduce, Summary};
 use crate::mpm::stress::heat::filter_heat;
+use crate::mpm::stress::strain::Positions;
+use crate::mpm::transfer::{ScatterContent, View, mean_pressure};
 
 /// Executes visits particle by particle.
 #[derive(Debug)]

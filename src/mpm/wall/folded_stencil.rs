@@ -6,7 +6,7 @@
 
 use crate::math::Vector;
 use crate::mpm::grid::Fold;
-use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
+use crate::mpm::kernel::{Kernel, ShapeFunction, with_shape};
 use crate::mpm::{EDGE, Grid, Wall, WallKind};
 
 /// Axes along which a vector is reversed on its way through a symmetry plane: one bit per axis.

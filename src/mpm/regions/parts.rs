@@ -13,15 +13,14 @@
 //! A solid keeps its shape, and is not cut in two. Where it reaches through a membrane the places of its particles tell
 //! their sides.
 
-use super::traction::{Load, Traction};
-use super::{Body, Part};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Winding};
 use crate::math::Vector;
 use crate::mesh::{ClosedSurface, closed_surfaces};
 use crate::mpm::contact::FrictionTable;
 use crate::mpm::membrane::Membrane;
-use crate::mpm::{Friction, Particles};
+use crate::mpm::particles::{Body, Part, Particles, names_in_field};
+use crate::mpm::{Friction, Load, Traction};
 use crate::parallel;
 use std::sync::Arc;
 
@@ -159,11 +158,8 @@ pub(in crate::mpm) fn divide<const D: usize>(
     if regions.enclosures.is_empty() {
         return Ok(bodies);
     }
-    let together = |field: usize| -> Vec<String> {
-        bodies.iter().filter(|body| body.field == field).map(|body| body.name.clone()).collect()
-    };
     let meets = |body: &Body<D>| -> Vec<bool> {
-        let names = together(body.field);
+        let names = names_in_field(&bodies, body.field);
         let met = |m: &Membrane<D>| friction.between(&names, std::slice::from_ref(&m.name)) != Friction::None;
         membranes.iter().map(met).collect()
     };

@@ -5,9 +5,9 @@
 //! tiles, so that all blocks of one colour add their tiles to the grid at the same time, and colour after
 //! colour in a fixed order: the sums don't depend on the number of threads.
 
+use super::EDGE;
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row};
-use crate::mpm::grid::EDGE;
 
 /// Nodes of a tile along each axis.
 pub(crate) const TILE: usize = 2 * EDGE;

@@ -9,6 +9,7 @@
 //! The neighbours a, b (and c, d) of a particle in its layer span the surface there; s is the share of the span that is
 //! the particle's, with the sign that makes the area vector point outward. Nothing is stored from step to step.
 
+use crate::error::{Place, StepError};
 use crate::math::{Signal, Vector};
 
 /// A load on one particle.
@@ -59,6 +60,12 @@ pub fn area<const D: usize>(span: &[[u32; 2]], position: impl Fn(u32) -> Vector<
         None => Vector::unit(2),
     };
     Vector::from3(side(0).cross(side(1)).0)
+}
+
+/// The error of a load that is not a number at a place; `value` is the norm of its force [N].
+pub(in crate::mpm) fn no_load(place: Place, value: f64) -> StepError {
+    let advice = "look for a formula or value of gravity, pressure or traction beyond what numbers can hold";
+    StepError::new(place, "an external force is not a number", "force", value, advice)
 }
 
 #[cfg(test)]

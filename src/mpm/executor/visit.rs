@@ -1,7 +1,8 @@
 //! Sweeps over the particles as data: what is read of the nodes, what is done with the particles, what goes to
 //! the nodes.
 
-use super::ScatterContent;
+use crate::mpm::stress::strain::Positions;
+use crate::mpm::transfer::ScatterContent;
 
 /// One sweep over the particles of a body.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -74,15 +75,6 @@ pub(in crate::mpm) enum Operation {
     AveragePressure,
     /// x_p ← x_p + Δt ẋ_p, Lian (19), and the sums of the ledger.
     Land(MoveBy),
-}
-
-/// The positions of particles that a velocity gradient refers to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::mpm) enum Positions {
-    /// Positions at the start of the increment.
-    Start,
-    /// Positions at its end.
-    End,
 }
 
 /// The velocity that particles move by (theory A.9).

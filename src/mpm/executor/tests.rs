@@ -1,13 +1,14 @@
 //! The sums of the sweeps against those of the plain loops; whole steps are compared in `tests/mpm/plain.rs`.
 
-use super::executor::Nodal;
-use super::tile::put_acceleration;
-use super::*;
-use crate::math::{SymTensor, Tensor};
-use crate::mpm::KernelKind;
-use crate::mpm::grid::kernel::with_shape;
-use crate::mpm::grid::{GhostShares, Ghosts, Node, NodeMotion};
+use super::{Nodal, plain};
+use crate::math::{SymTensor, Tensor, Vector};
+use crate::mpm::bins::Bins;
+use crate::mpm::grid::tile::{NodeRecord, put_acceleration, put_scalar, put_velocity};
+use crate::mpm::grid::{Fold, GhostShares, Ghosts, Node, NodeMotion};
+use crate::mpm::kernel::with_shape;
 use crate::mpm::particles::{Body, Particles};
+use crate::mpm::transfer::{Chunk, GatherFields, ScatterContent, Sweep};
+use crate::mpm::{Grid, Kernel, KernelKind};
 
 const CELL: f64 = 0.25;
 
@@ -51,8 +52,8 @@ fn prepare<const D: usize>(body: &mut Body<D>) -> Grid<D> {
 
 /// Sorts the body and activates the grid.
 fn sort<const D: usize>(grid: &mut Grid<D>, body: &mut Body<D>) {
-    body.bins = Bins::sort(&mut body.particles, body.kernel, grid.origin, grid.cell);
-    grid.set_blocks(Bins::blocks(std::slice::from_ref(body)));
+    body.sort(grid.origin, grid.cell);
+    grid.set_blocks(Bins::blocks(std::iter::once(&body.bins)));
     body.bins.locate(grid);
 }
 

@@ -5,15 +5,16 @@
 //! so many particles have left their cells that reading the nodes of each run of particles anew has cost more than a
 //! sort.
 
-use super::sort::{slowest_last, sort};
-use super::tile::{Extent, TILE};
+mod sort;
+
 use crate::math::Vector;
 use crate::mpm::Kernel;
+use crate::mpm::grid::tile::{Extent, TILE};
 use crate::mpm::grid::{EDGE, Grid};
-use crate::mpm::particles::{Body, Particles};
 use crate::simulation::Record;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
+use sort::{slowest_last, sort};
 use std::ops::Range;
 
 /// Consecutive particles of one block.
@@ -70,18 +71,15 @@ impl Disorder {
 }
 
 impl<const D: usize> Bins<D> {
-    /// Sorts a body's particles by block and cell.
-    pub fn sort(particles: &mut Particles<D>, kernel: Kernel, origin: Vector<D>, cell: f64) -> Self {
-        let sorted = sort(kernel, &particles.position, origin, cell);
-        if !sorted.order.is_sorted() {
-            particles.permute(&sorted.order);
-        }
+    /// The bins of particles at `position` [m] by block and cell, and the old numbers of the particles in their order.
+    pub fn sort(position: &[Vector<D>], kernel: Kernel, origin: Vector<D>, cell: f64) -> (Self, Vec<u32>) {
+        let sorted = sort(kernel, position, origin, cell);
         let mut end = 0;
         let bin = |(block, count)| {
             end += count;
             Bin { block, range: end - count..end }
         };
-        Self::new(sorted.blocks.into_iter().map(bin).collect(), Disorder::default())
+        (Self::new(sorted.blocks.into_iter().map(bin).collect(), Disorder::default()), sorted.order)
     }
 
     fn new(bins: Vec<Bin<D>>, disorder: Disorder) -> Self {
@@ -142,9 +140,9 @@ impl<const D: usize> Bins<D> {
         self.slots.len() != self.bins.len()
     }
 
-    /// The blocks that the tiles of all bodies reach, each bin's block and its neighbours, z slowest.
-    pub fn blocks(bodies: &[Body<D>]) -> Vec<[i32; D]> {
-        let bins = bodies.iter().flat_map(|body| &body.bins.bins);
+    /// The blocks that the tiles of all these bins reach, each bin's block and its neighbours, z slowest.
+    pub fn blocks<'a>(all: impl Iterator<Item = &'a Self>) -> Vec<[i32; D]> {
+        let bins = all.flat_map(|bins| &bins.bins);
         let mut blocks: Vec<_> = bins.flat_map(|bin| neighbours(bin.block)).collect();
         blocks.par_sort_unstable_by(slowest_last);
         blocks.dedup();

@@ -2,9 +2,9 @@
 
 use crate::math::Vector;
 use crate::mpm::Mpm;
+use crate::mpm::bins::Bins;
 use crate::mpm::coupling::Coupling;
 use crate::mpm::particles::Body;
-use crate::mpm::transfer::Bins;
 use crate::simulation::{Column, ColumnData, MOST_COUNTED};
 use bytemuck::Pod;
 

@@ -1,17 +1,14 @@
 //! The executor of the visits of a step: the seam between the algorithm and the way in which its sums are computed.
 
-use super::gather::Reduce;
 use super::operations::{OperationParameters, Operations};
-use super::source::ScatterContent;
-use super::view::View;
 use super::visit::{Onto, Operation, Read, Visit};
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::grid::{Ghosts, Grid, Node, NodeMotion, VelocityField};
-use crate::mpm::particles::Body;
-use crate::mpm::particles::motion::{Landing, Summary};
-use crate::mpm::state::health;
+use crate::mpm::motion::Landing;
+use crate::mpm::particles::{Body, Reduce, Summary, health};
 use crate::mpm::stress::average;
+use crate::mpm::transfer::{ScatterContent, View};
 
 /// The nodal fields of a gather.
 #[derive(Clone, Copy)]

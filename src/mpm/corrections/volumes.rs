@@ -14,7 +14,7 @@
 //!
 //! Within an atmosphere p_a (`ambient`) forces and energy depend on the shares of volume, too: the force of a particle
 //! is (p − p_a) V, and the atmosphere has taken the work p_a V. So volumes are relaxed in proportion to |1 − p_a/p|,
-//! the pace at which p − p_a lets particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise
+//! the rate at which p − p_a lets particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise
 //! of its sum alone. The work p_a dV on what was no volume of the gas comes back to the particle: e + p_a V stays.
 //!
 //! ```text
@@ -22,14 +22,15 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
-use super::in_field;
 use super::shifting::Surroundings;
 use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
+use crate::mpm::executor::{Scattering, Targets};
 use crate::mpm::grid::GhostShares;
-use crate::mpm::grid::folded_stencil::FoldedStencil;
-use crate::mpm::transfer::{ScatterContent, Scattering, Targets};
+use crate::mpm::particles::in_field_mut;
+use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::Walls;
+use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Grid, Particles, VelocityField};
 use crate::parallel;
 
@@ -57,7 +58,7 @@ pub(in crate::mpm) fn correct<const D: usize>(
         return;
     }
     for field in 0..grid.fields.len() {
-        let mut own = in_field(bodies, field);
+        let mut own = in_field_mut(bodies, field);
         let (Some(body), None) = (own.next(), own.next()) else { continue };
         if !body.law.is_ideal_gas() || body.particles.is_empty() {
             continue;

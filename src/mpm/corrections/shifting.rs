@@ -11,7 +11,7 @@
 //! the divergence of the velocity and knows nothing of that: pressures don't push clusters apart. A row of particles
 //! along a wall thins out until a single one bears the weight of what stands above it. Where a liquid fills more than
 //! there is room for, particles therefore go where there is less; since volumes add up, that fills the holes, and free
-//! surfaces, where φ < 1, keep their shape. The rate of strain ε̇ is what makes clusters, and sets the pace at which
+//! surfaces, where φ < 1, keep their shape. The rate of strain ε̇ is what makes clusters, and sets the rate at which
 //! they dissolve.
 //!
 //! A squeezed liquid keeps the volumes of its particles as long as the divergence of the velocity doesn't show it:
@@ -27,16 +27,16 @@
 
 mod free_volume;
 
-use super::in_field;
 use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::coupling::Coupling;
-use crate::mpm::grid::folded_stencil::{FoldedStencil, flip};
-use crate::mpm::grid::kernel::Kernel;
+use crate::mpm::executor::{Executor, Scattering, Targets};
+use crate::mpm::grid::tile::{NodeRecord, put_scalar, put_velocity};
 use crate::mpm::grid::{GhostShares, Ghosts};
-use crate::mpm::transfer::{
-    Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
-};
+use crate::mpm::kernel::Kernel;
+use crate::mpm::particles::{in_field, in_field_mut};
+use crate::mpm::transfer::{GatherFields, ScatterContent};
+use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::wall::{Bodies, Walls};
 use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};
@@ -45,8 +45,8 @@ use free_volume::{at_walls, of_node, share_beside};
 /// Steps between two corrections.
 const EVERY: u64 = 10;
 
-/// α, and the most of α ‖ε̇‖ Δt that is stable.
-const PACE: f64 = 1.0;
+/// α, and the most of the shift factor α ‖ε̇‖ Δt that is stable.
+const SHIFT_COEFFICIENT: f64 = 1.0;
 const LARGEST_SHIFT_FACTOR: f64 = 0.1;
 
 /// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within
@@ -90,8 +90,8 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     }
     let mut works = Vec::new();
     for field in 0..surroundings.grid.fields.len() {
-        let liquids = bodies.iter().filter(|body| body.field == field && is_liquid(body));
-        if let Some(kernel) = liquids.map(|body| body.kernel).next() {
+        let liquid = in_field(bodies, field).find(|body| is_liquid(body));
+        if let Some(kernel) = liquid.map(|body| body.kernel) {
             let excess = find_excess(surroundings, field, kernel, bodies, contact);
             works.push(apply_excess(surroundings, field, bodies, &excess, dt * EVERY as f64));
         }
@@ -109,7 +109,7 @@ fn find_excess<const D: usize>(
 ) -> Vec<[f64; 1]> {
     let Surroundings { grid, ghosts, executor, .. } = surroundings;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
-    for body in in_field(bodies, field) {
+    for body in in_field_mut(bodies, field) {
         let targets = Targets::Sums(&mut sums);
         executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
     }
@@ -117,7 +117,7 @@ fn find_excess<const D: usize>(
     let reached = |node: usize| sums[node][0] > 0.0;
     let free = free_volumes(surroundings, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
-    for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
+    for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
         let filled =
             |node: usize| if free[node] > LEAST_FREE_VOLUME { sums[node][0] / (volume * free[node]) } else { 0.0 };
         close_voids(grid, contact.stencil(), body, filled);
@@ -177,29 +177,29 @@ fn apply_excess<const D: usize>(
     let mut velocity = velocities(&grid.fields[field]);
     ghosts.fill(&grid.fields[field].limits, &mut velocity);
     let mut work = 0.0;
-    for body in in_field(bodies, field).filter(|body| is_liquid(body)) {
+    for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
-        // The first component of a shift holds the pace from the first sweep to the second.
-        set_pace(grid, body, &velocity, dt);
+        // The first component of a shift holds the shift factor from the first sweep to the second.
+        set_shift_factor(grid, body, &velocity, dt);
         work += set_shift(grid, body, excess);
     }
     work
 }
 
-/// Sets the first component of each particle's shift to the part of the way that it goes in `dt` [s], by its rate
-/// of strain.
-fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
+/// Sets the first component of each particle's shift to its shift factor in `dt` [s], which follows from its rate of
+/// strain.
+fn set_shift_factor<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
     let node = |n: usize, record: &mut NodeRecord| put_velocity(record, &velocity[n]);
     let (sweep, _, view) = body.sweep(grid);
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         for p in 0..chunk.particles.len() {
             let rate = rate_of_strain(&chunk.rows.gradient(p));
-            chunk.particles.shift[p][0] = (PACE * rate * dt).min(LARGEST_SHIFT_FACTOR);
+            chunk.particles.shift[p][0] = (SHIFT_COEFFICIENT * rate * dt).min(LARGEST_SHIFT_FACTOR);
         }
     });
 }
 
-/// Sets the shifts of a body's particles [m] by their paces, and takes from their volumes; returns the work of that
+/// Sets the shifts of a body's particles [m] by their shift factors, and takes from their volumes; returns the work of that
 /// [J].
 fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
     let square = grid.cell * grid.cell;
@@ -213,8 +213,8 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
         for p in 0..particles.len() {
-            let pace = particles.shift[p][0];
-            let pressed = if particles.pressure[p] > 0.0 { pace + SHARE } else { 0.0 };
+            let factor = particles.shift[p][0];
+            let pressed = if particles.pressure[p] > 0.0 { factor + SHARE } else { 0.0 };
             let (volume, share) = (particles.volume[p], (pressed * rows.scalar[p]).clamp(0.0, MOST_TAKEN));
             // The mean of the pressures before and after it.
             let stiff = particles.mass[p] / volume * sound * sound;
@@ -223,7 +223,7 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
             particles.energy[p] += done;
             work += done;
             let slope = Vector::from_fn(|b| rows.gradient[b][0][p]);
-            particles.shift[p] = slope * (-square * pace);
+            particles.shift[p] = slope * (-square * factor);
         }
         work
     })

@@ -1,13 +1,11 @@
 //! The visits over sorted particles, block by block: what a run uses. [`super::plain`] is their specification, one
 //! particle at a time.
 
-use super::Sweep;
-use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
-use super::gather::{Chunk, GatherFields};
-use super::tile::{NodeRecord, put_acceleration, put_scalar, put_velocity};
+use super::visitor::{Executor, Gathering, Nodal, Scattering, Targets};
 use crate::mpm::Grid;
-use crate::mpm::particles::Body;
-use crate::mpm::particles::motion::Summary;
+use crate::mpm::grid::tile::{NodeRecord, put_acceleration, put_scalar, put_velocity};
+use crate::mpm::particles::{Body, Summary};
+use crate::mpm::transfer::{Chunk, GatherFields, Sweep};
 
 /// Executes visits with private tiles of the grid.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use crate::mpm::Grid;
 use crate::mpm::grid::Fold;
-use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
+use crate::mpm::kernel::{Kernel, ShapeFunction, with_shape};
 
 /// Rows of nodes next to a wall that lack a part of their support.
 const ROWS: usize = 3;
@@ -67,7 +67,7 @@ pub(super) fn share_beside(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mpm::grid::kernel::Quadratic;
+    use crate::mpm::kernel::Quadratic;
 
     /// Of the integral of a quadratic spline on a wall a half lies inside; what its neighbour beyond the wall has
     /// inside, a forty-eighth, is folded: onto the first row inside by a mirror, linearly onto the first two rows else.
