@@ -129,13 +129,17 @@ fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Optio
         }
     };
     let is_elastic = |solid: &SolidSetup<D>| !solid.law.is_rigid();
-    let vent = match &setup.solids {
-        Some(solids) if solids.setups().iter().any(is_elastic) => {
-            "; the lightest fluid expands as elastic solids are compressed"
-        }
-        _ => "",
+    let heaviest = setup.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
+    let gas = setup.fluids.iter().filter(|fluid| pfem2::is_gas(fluid.density, heaviest));
+    let gas = gas.min_by(|a, b| a.density.total_cmp(&b.density));
+    let room = match (&setup.solids, gas) {
+        (Some(solids), gas) if solids.setups().iter().any(is_elastic) => match gas {
+            Some(gas) => format!("; {} expands as elastic solids are compressed", gas.name),
+            None => "; fluid comes in there as elastic solids are compressed".into(),
+        },
+        _ => String::new(),
     };
-    Some(format!("pressure: {text}, since no part of the boundary is open{vent}"))
+    Some(format!("pressure: {text}, since no part of the boundary is open{room}"))
 }
 
 impl CaseSummary {

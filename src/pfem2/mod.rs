@@ -32,6 +32,6 @@ mod time;
 pub use boundary::Boundary;
 pub use report::moments::{ForcedPart, MomentPoint};
 pub use report::snapshot::{INTERFACE, MESH};
-pub use setup::Setup;
+pub use setup::{Setup, is_gas};
 pub use step::Pfem2;
 pub use theta_step::{Scheme, ThetaStep};

@@ -149,3 +149,8 @@ impl FluidSetup {
         Self { name: name.into(), density: law.density(), law: law.into() }
     }
 }
+
+/// True for a fluid that is a gas beside another one: less than a tenth as dense [kg/m³].
+pub fn is_gas(density: f64, heaviest: f64) -> bool {
+    density < 0.1 * heaviest
+}

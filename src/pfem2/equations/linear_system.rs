@@ -88,7 +88,7 @@ impl<const N: usize> LinearSystem<N> {
         let outcome = self.solver.solve_bordered(&self.matrix, &border, [self.rhs.as_flattened(), &load], x);
         immersed.independent = border.independent(&solids);
         immersed.velocity = border.velocity(&immersed.independent);
-        self.dilatation_power = border.dilatation_power(&solids, &self.unknowns);
+        self.dilatation_power = border.power_of_dilatation(&immersed.velocity, &self.unknowns);
         Ok(outcome)
     }
 

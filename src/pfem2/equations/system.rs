@@ -139,14 +139,14 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(())
     }
 
-    /// The fluid that gives way to elastic solids where nothing opens the box.
+    /// The gas that gives way to elastic solids where nothing opens the box.
     fn dilatation(&self, phases: &Phases) -> Option<Dilatation> {
         let (immersed, pin) = (self.immersed.as_ref()?, self.boundary.pin.as_ref()?);
         let fluid_of = |e: usize| match phases.filling(&self.mesh.elements()[e]) {
             Filling::Pure(fluid) if immersed.cut.state[e] == ElementState::Fluid => Some(fluid),
             _ => None,
         };
-        Dilatation::of_lightest(&self.mesh, fluid_of, &self.contents.density, pin.node)
+        Dilatation::of_gas(&self.mesh, fluid_of, &self.contents.density, pin.node)
     }
 
     /// Fills matrix and right-hand side.

@@ -56,11 +56,11 @@ fn swells(pfem: &Pfem2<2, 3>) -> f64 {
     (at(0.5) - at(-0.5)) / DT
 }
 
-/// Light fluid above water gives way to a block that swells in the water, as a gas does, everywhere alike: no
+/// A gas above water gives way to a block that swells in the water, everywhere alike: no
 /// more comes in around the corner in which the pressure is held than in elements elsewhere, and water far from the block
 /// keeps its volume.
 #[test]
-fn the_lightest_fluid_of_a_closed_box_makes_room_for_a_solid() {
+fn a_gas_in_a_closed_box_makes_room_for_a_solid() {
     let pfem = swelling(1.0);
     let pin = pfem.system.boundary.pin.as_ref().unwrap().node;
     let (mesh, rate) = (&pfem.system.mesh, swells(&pfem));

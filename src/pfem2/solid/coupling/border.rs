@@ -5,11 +5,11 @@
 //! [ TᵀF   TᵀS T ] [w   ] = [ Tᵀ(c − S v̄) ]      S = M_S/Δ + Δ K + what cut points give it,   v_S = T w + v̄
 //! ```
 //!
-//! Prescribed unknowns of the fluid are eliminated: their columns go to the right-hand sides. In a closed box the rate
-//! of the dilatation that makes room for the solids is the last unknown (`dilatation`).
+//! Prescribed unknowns of the fluid are eliminated: their columns go to the right-hand sides. In a closed box E has the
+//! dilatation that makes room for the solids, too (`dilatation`).
 
 use super::compliance::compliance;
-use super::dilatation::{Dilatation, DilatationRate};
+use super::dilatation::{Dilatation, RoomForSolids};
 use super::element::CoupledElement;
 use super::immersed::Immersed;
 use super::near_nodes::NearNodes;
@@ -38,8 +38,8 @@ pub struct SolidBorder<const D: usize, const N: usize> {
     compliance: PressureCompliance,
     /// Prescribed velocities of these rows [m/s].
     prescribed: Vec<f64>,
-    /// Dilatation of the lightest fluid of a closed box.
-    dilatation: Option<DilatationRate>,
+    /// Dilatation of the gas in a closed box.
+    room: Option<RoomForSolids>,
     /// Right-hand side [N].
     pub load: Vec<f64>,
 }
@@ -59,32 +59,30 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let equations = immersed.equations.as_ref()?;
         let mut load = loads(&immersed.elements, equations.rhs.len());
         let mut couplings = NodeCoupling::all(mesh, &immersed.elements);
-        let dilatation = dilatation.map(|of| DilatationRate::new(of, &equations.volume_slopes));
         for coupling in &mut couplings {
             coupling.turn(constraints);
             coupling.eliminate_fluid(constraints, &mut load);
             coupling.move_prescribed(&equations.velocities, rhs_of_fluid);
         }
+        let room = dilatation.map(|dilatation| RoomForSolids::new(dilatation, &equations.volume_slopes));
+        let at_rest = vec![0.0; equations.velocities.count()];
+        room.iter().for_each(|room| room.add(&equations.velocities.nodal(&at_rest), -1.0, rhs_of_fluid));
         let entries = among_solids(&immersed.elements);
         let fixed = prescribed(equations, &entries);
         let (mut matrix, mut load) = equations.independent(&entries, &load);
         matrix.append_diagonal(fixed.iter().map(|&(size, _)| size));
         load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
-        let nothing = vec![0.0; equations.velocities.count()];
-        load.extend(dilatation.iter().map(|rate| -rate.volume_rate(&equations.velocities.nodal(&nothing))));
         let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid)?;
         let diagonal: Vec<f64> = matrix.scaling().iter().map(|s| s.powi(-2)).collect();
         let compliance = compliance(&couplings, &equations.velocities, &diagonal, &fluid.pattern);
         let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();
         let velocities = equations.velocities.clone();
-        Some(Self { couplings, velocities, matrix, near, compliance, prescribed, dilatation, load })
+        Some(Self { couplings, velocities, matrix, near, compliance, prescribed, room, load })
     }
 
     /// Guess with which iterations begin, by the independent velocities.
     pub fn start(&self, independent: &[f64]) -> Vec<f64> {
-        let dilatation =
-            self.dilatation.iter().map(|rate| -rate.volume_rate(&self.velocity(independent)) / rate.diagonal());
-        [independent, &self.prescribed].concat().into_iter().chain(dilatation).collect()
+        [independent, &self.prescribed].concat()
     }
 
     /// The independent velocities of a solution.
@@ -92,10 +90,10 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         solution[..self.velocities.count()].to_vec()
     }
 
-    /// Power of the pressure on the dilatation of a closed box, of a solution and the unknowns of the mesh [W].
-    pub fn dilatation_power(&self, solution: &[f64], unknowns: &[[f64; N]]) -> f64 {
-        let rate = self.dilatation.as_ref().zip(solution.get(self.matrix.rows()));
-        rate.map_or(0.0, |(dilatation, &rate)| dilatation.power(rate, unknowns))
+    /// Power of the pressure on the dilatation of a closed box, where the nodes of solids have the velocity `velocity`
+    /// [m/s] and those of the mesh these unknowns [W].
+    pub fn power_of_dilatation(&self, velocity: &[f64], unknowns: &[[f64; N]]) -> f64 {
+        self.room.as_ref().map_or(0.0, |room| room.power(velocity, unknowns))
     }
 
     /// Velocity of all nodes of solids, by the independent ones [m/s].
@@ -166,20 +164,14 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
     fn scaling(&self) -> Vec<f64> {
         let diagonal = |k: usize| self.matrix.entry(k, k).map_or(0.0, |entry| self.matrix.values[entry].abs());
         let scale = |k: usize| if diagonal(k) == 0.0 { 1.0 } else { diagonal(k).sqrt().recip() };
-        let dilatation = self.dilatation.iter().map(|rate| rate.diagonal().sqrt().recip());
-        (0..self.matrix.rows()).map(scale).chain(dilatation).collect()
+        (0..self.matrix.rows()).map(scale).collect()
     }
 
     fn multiply(&self, x: BorderedVector<'_, N>, rows: BorderedRows<'_, N>) {
         let (BorderedVector { mesh: x, border: w }, BorderedRows { mesh: rows, border: own }) = (x, rows);
-        let velocity = self.velocities.added(w);
-        let (w, rates) = w.split_at(self.matrix.rows());
-        let (own, rows_of_rates) = own.split_at_mut(self.matrix.rows());
         self.matrix.multiply(w, own);
-        for ((rate, own), &value) in self.dilatation.iter().zip(rows_of_rates).zip(rates) {
-            *own = rate.diagonal() * value + rate.volume_rate(&velocity);
-            rate.add(value, rows);
-        }
+        let velocity = self.velocities.added(w);
+        self.room.iter().for_each(|room| room.add(&velocity, 1.0, rows));
         let mut forces = vec![0.0; velocity.len()];
         for coupling in &self.couplings {
             coupling.add_flux(&velocity, rows);
@@ -193,6 +185,7 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         for coupling in &self.couplings {
             rows[coupling.node as usize][N - 1] += coupling.volume_flux(&velocity);
         }
+        self.room.iter().for_each(|room| room.add(&velocity, 1.0, rows));
     }
 
     fn compliance(&self) -> PressureCompliance {
@@ -210,11 +203,6 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
     }
 
     fn solve(&self, sides: &mut [NearAndBorder<N>]) {
-        let Some(rate) = &self.dilatation else { return self.near.solve(sides) };
-        let rows: Vec<Option<f64>> = sides.iter_mut().map(|side| side.border.pop()).collect();
         self.near.solve(sides);
-        for (side, row) in sides.iter_mut().zip(rows) {
-            side.border.extend(row.map(|row| row / rate.diagonal()));
-        }
     }
 }

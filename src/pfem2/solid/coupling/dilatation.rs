@@ -1,16 +1,18 @@
 //! Where fluid comes in and leaves as elastic solids change their volume in a closed box (theory (J.10d)).
 //!
 //! ```text
-//! D v + C p = σ w,     σ Σ w_i = −dV_S/dt = −Σ_a ∂V_S/∂u_a·v_a,     w_i = ∫ N_i over the elements full of the lightest fluid
+//! D v + C p = σ w,     σ Σ w_i = −dV_S/dt = −Σ_a ∂V_S/∂u_a·v_a,     w_i = ∫ N_i over the elements full of the gas
 //! ```
 //!
-//! The fluids of a box that nothing opens have a fixed volume, and so would all solids together. Here the lightest
-//! fluid gives way, evenly, as a gas under an even pressure does: σ is the rate at which it dilates. Without it all of
-//! dV_S/dt would come in through the elements around the node whose pressure is held.
+//! The fluids of a box that nothing opens have a fixed volume, and so would all solids together. Here a gas beside
+//! heavier fluids gives way, evenly, as it does under an even pressure: σ is the rate at which it dilates. Without it all
+//! of dV_S/dt would come in through the elements around the node whose pressure is held, as it does in liquids alone. σ w
+//! is linear in the velocities of solids, and stands with them.
 
 use crate::mesh::Mesh;
+use crate::pfem2::is_gas;
 
-/// The elements of the lightest fluid, which give way.
+/// The elements of a gas, which give way.
 #[derive(Debug, Clone)]
 pub struct Dilatation {
     /// Nodes, ascending, and w_i [m³].
@@ -22,10 +24,10 @@ pub struct Dilatation {
 }
 
 impl Dilatation {
-    /// The dilatation of the elements full of the lightest fluid of those that `fluid_of` finds in full elements;
-    /// `density`: of each fluid [kg/m³]; `held`: the node whose pressure is prescribed. `None`: no element is full of
-    /// one fluid.
-    pub fn of_lightest<const D: usize, const N: usize>(
+    /// The dilatation of the elements full of the lightest fluid, of those that `fluid_of` finds in full elements, with
+    /// these densities [kg/m³]; `held`: the node whose pressure is prescribed. `None`: there is no gas beside something
+    /// heavier.
+    pub fn of_gas<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         fluid_of: impl Fn(usize) -> Option<usize>,
         density: &[f64],
@@ -33,6 +35,10 @@ impl Dilatation {
     ) -> Option<Self> {
         let full = || (0..mesh.elements().len()).filter_map(|e| Some((e, fluid_of(e)?)));
         let (_, lightest) = full().min_by(|(_, a), (_, b)| density[*a].total_cmp(&density[*b]))?;
+        let heaviest = full().map(|(_, fluid)| density[fluid]).fold(0.0, f64::max);
+        if !is_gas(density[lightest], heaviest) {
+            return None;
+        }
         let mut share = vec![0.0; mesh.nodes().len()];
         for (e, _) in full().filter(|&(_, fluid)| fluid == lightest) {
             let part = mesh.simplex(e).volume / N as f64;
@@ -45,43 +51,37 @@ impl Dilatation {
     }
 }
 
-/// The unknown σ of a border of solids, with its row σ Σ w_i + dV_S/dt = 0.
+/// The dilatation that makes room for solids.
 #[derive(Debug)]
-pub(super) struct DilatationRate {
+pub(super) struct RoomForSolids {
     dilatation: Dilatation,
     /// ∂V_S/∂u of all nodes of solids, axis by axis [m²].
     volume_slopes: Vec<f64>,
 }
 
-impl DilatationRate {
-    /// The rate that makes up for solids whose volume has these slopes [m²].
+impl RoomForSolids {
+    /// The dilatation for solids whose volume has these slopes [m²].
     pub fn new(dilatation: Dilatation, volume_slopes: &[f64]) -> Self {
         Self { dilatation, volume_slopes: volume_slopes.to_vec() }
     }
 
-    /// Σ w_i, the diagonal of the row [m³].
-    pub fn diagonal(&self) -> f64 {
-        self.dilatation.total
+    /// σ where all nodes of solids have these velocities, axis by axis [1/s].
+    fn rate(&self, velocity: &[f64]) -> f64 {
+        let grown: f64 = self.volume_slopes.iter().zip(velocity).map(|(slope, v)| slope * v).sum();
+        -grown / self.dilatation.total
     }
 
-    /// dV_S/dt with these velocities of all nodes of solids, axis by axis [m³/s].
-    pub fn volume_rate(&self, velocity: &[f64]) -> f64 {
-        self.volume_slopes.iter().zip(velocity).map(|(slope, v)| slope * v).sum()
-    }
-
-    /// Adds σ w to the rows of continuity, −D v.
-    pub fn add<const N: usize>(&self, rate: f64, rows: &mut [[f64; N]]) {
+    /// Adds σ w, times `factor`, to the rows of continuity, which hold −D v.
+    pub fn add<const N: usize>(&self, velocity: &[f64], factor: f64, rows: &mut [[f64; N]]) {
+        let rate = factor * self.rate(velocity);
         let rows_of_continuity = self.dilatation.volumes.iter().filter(|(node, _)| *node != self.dilatation.held);
         rows_of_continuity.for_each(|&(node, volume)| rows[node as usize][N - 1] += rate * volume);
     }
 
     /// Power of the pressure on the dilatation, σ Σ w_i p_i, from velocity and pressure of the nodes [W].
-    pub fn power<const N: usize>(&self, rate: f64, unknowns: &[[f64; N]]) -> f64 {
-        rate * self
-            .dilatation
-            .volumes
-            .iter()
-            .map(|&(node, volume)| volume * unknowns[node as usize][N - 1])
-            .sum::<f64>()
+    pub fn power<const N: usize>(&self, velocity: &[f64], unknowns: &[[f64; N]]) -> f64 {
+        let sum: f64 =
+            self.dilatation.volumes.iter().map(|&(node, volume)| volume * unknowns[node as usize][N - 1]).sum();
+        self.rate(velocity) * sum
     }
 }

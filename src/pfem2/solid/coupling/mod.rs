@@ -10,7 +10,7 @@
 //! | `pressure_stiffness` | how the force of the fluid's pressure changes as that surface moves |
 //! | `immersed` | all cut elements, with the equations of the solids |
 //! | `border`, `near_nodes`, `node_coupling` | the unknowns of the solids in the linear system, and in its preconditioner |
-//! | `dilatation` | the fluid that gives way to solids that are compressed in a closed box |
+//! | `dilatation` | the gas that gives way to solids in a closed box |
 //! | `compliance` | how the nodes of solids yield to the pressure of the fluid, for its preconditioner |
 
 mod assemble;
