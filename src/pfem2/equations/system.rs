@@ -142,11 +142,15 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// The gas that gives way to elastic solids where nothing opens the box.
     fn dilatation(&self, phases: &Phases) -> Option<Dilatation> {
         let (immersed, pin) = (self.immersed.as_ref()?, self.boundary.pin.as_ref()?);
-        let fluid_of = |e: usize| match phases.filling(&self.mesh.elements()[e]) {
-            Filling::Pure(fluid) if immersed.cut.state[e] == ElementState::Fluid => Some(fluid),
-            _ => None,
-        };
-        Dilatation::of_gas(&self.mesh, fluid_of, &self.contents.density, pin.node)
+        if self.physics.fluids.len() < 2 {
+            return None;
+        }
+        let fluids =
+            parallel::collect(self.mesh.elements().len(), 256, |e| match phases.filling(&self.mesh.elements()[e]) {
+                Filling::Pure(fluid) if immersed.cut.state[e] == ElementState::Fluid => Some(fluid),
+                _ => None,
+            });
+        Dilatation::of_gas(&self.mesh, &fluids, &self.contents.density, pin.node)
     }
 
     /// Fills matrix and right-hand side.

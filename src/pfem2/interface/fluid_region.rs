@@ -10,6 +10,7 @@ use super::sub_simplices::{at_corners, negative_share, share, whole};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::solid::cut::{ElementState, SolidCut};
+use std::collections::BTreeSet;
 
 /// Part of a mesh that fluids fill.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +64,12 @@ impl<'a, const D: usize, const N: usize> FluidRegion<'a, D, N> {
     /// The nodes inside of solids, ascending.
     pub fn covered(&self) -> impl Iterator<Item = usize> + 'a {
         self.cut.into_iter().flat_map(|cut| cut.inside.iter().map(|inside| inside.node as usize))
+    }
+
+    /// The nodes inside of solids in elements that hold fluid, too.
+    pub fn covered_beside_fluid(&self) -> BTreeSet<usize> {
+        let nodes = self.cut.into_iter().flat_map(|cut| cut.elements.iter().flat_map(|element| element.nodes));
+        nodes.map(|node| node as usize).filter(|&node| self.is_covered(node)).collect()
     }
 
     /// The simplices of an element that a solid covers or cuts; none of other elements.

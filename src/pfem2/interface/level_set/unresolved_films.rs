@@ -16,10 +16,7 @@ const THIN: f64 = 0.05;
 /// Gives the nodes of thin films that no node outside of solids sees the mean φ of the nodes outside around them;
 /// returns their number.
 pub fn absorb_unresolved_films<const D: usize, const N: usize>(region: &FluidRegion<D, N>, level: &mut [f64]) -> usize {
-    let mesh = region.mesh;
-    let wet = |node: usize| elements_around(mesh, node).any(|e| region.volume(e) > 0.0);
-    let mut rest: BTreeSet<usize> = region.covered().filter(|&node| wet(node)).collect();
-    let mut absorbed = 0;
+    let (mut rest, mut absorbed) = (region.covered_beside_fluid(), 0);
     while let Some(first) = rest.pop_first() {
         let negative = level[first] < 0.0;
         let own = |node: usize| (level[node] < 0.0) == negative;

@@ -24,16 +24,16 @@ pub struct Dilatation {
 }
 
 impl Dilatation {
-    /// The dilatation of the elements full of the lightest fluid, of those that `fluid_of` finds in full elements, with
-    /// these densities [kg/m³]; `held`: the node whose pressure is prescribed. `None`: there is no gas beside something
-    /// heavier.
+    /// The dilatation of the elements full of the lightest fluid; `fluids`: the fluid of each element that is full of one,
+    /// with these densities [kg/m³]; `held`: the node whose pressure is prescribed. `None`: there is no gas beside
+    /// something heavier.
     pub fn of_gas<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
-        fluid_of: impl Fn(usize) -> Option<usize>,
+        fluids: &[Option<usize>],
         density: &[f64],
         held: u32,
     ) -> Option<Self> {
-        let full = || (0..mesh.elements().len()).filter_map(|e| Some((e, fluid_of(e)?)));
+        let full = || fluids.iter().enumerate().filter_map(|(e, fluid)| Some((e, (*fluid)?)));
         let (_, lightest) = full().min_by(|(_, a), (_, b)| density[*a].total_cmp(&density[*b]))?;
         let heaviest = full().map(|(_, fluid)| density[fluid]).fold(0.0, f64::max);
         if !is_gas(density[lightest], heaviest) {
