@@ -22,7 +22,7 @@ pub use ledger::{BalanceTerm, CompensatedSum, Ledger, LedgerSums, TermId, TermKi
 pub use progress::{Event, Observer, Progress};
 pub use run::{LEAST_STEPS, Plan, RunSummary, Simulation};
 pub use said_once::SaidOnce;
-pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, Snapshot, SurfaceSet};
+pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, Snapshot, SIDES_OF_HEXAHEDRON, SurfaceSet};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

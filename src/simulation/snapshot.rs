@@ -76,9 +76,13 @@ pub enum Elements {
     /// Segments, triangles, quadrilaterals: membranes, and meshes in 2D.
     #[default]
     Sheet,
-    /// Tetrahedra.
+    /// Tetrahedra, hexahedra.
     Volume,
 }
+
+/// Corners of the sides of a hexahedron, seen from outside; its first four nodes are those of its lower side.
+pub const SIDES_OF_HEXAHEDRON: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
 /// A mesh with fields: a membrane or the mesh of a domain.
 pub struct SurfaceSet<'a> {
@@ -88,7 +92,8 @@ pub struct SurfaceSet<'a> {
     pub position: Cow<'a, [[f64; 3]]>,
     /// Node positions at the start [m] (probes name points of the undeformed sheet).
     pub reference: Cow<'a, [[f64; 3]]>,
-    /// Nodes of each element: 2 of a segment, 3 of a triangle, 4 of a quadrilateral or tetrahedron.
+    /// Nodes of each element: 2 of a segment, 3 of a triangle, 4 of a quadrilateral or tetrahedron, 8 of a hexahedron
+    /// (its lower side, then its upper one).
     pub elements: Vec<&'a [u32]>,
     /// Kind of the elements.
     pub kind: Elements,

@@ -183,7 +183,7 @@ impl<'s> Scene<'s> {
         let skin = if set.kind == Elements::Volume { skin(&set.elements, shown) } else { Vec::new() };
         let faces: Vec<_> = match set.kind {
             Elements::Sheet => set.elements.iter().copied().enumerate().collect(),
-            Elements::Volume => skin.iter().map(|(e, nodes)| (*e, &nodes[..])).collect(),
+            Elements::Volume => skin.iter().map(|face| (face.element, face.nodes())).collect(),
         };
         self.add_faces(set, &faces, values, own, shapes);
     }

@@ -1,6 +1,7 @@
 //! Probes: histories of one quantity at a place, or reduced over a body or membrane.
 
 mod fragments;
+mod hexahedron;
 mod impulse;
 mod place;
 mod reduce;

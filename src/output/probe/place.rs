@@ -1,9 +1,10 @@
 //! The target of a probe: a particle, an element, or a point between the nodes of an element.
 
+use super::hexahedron::in_hexahedron;
 use crate::math::Vector;
 use crate::math::dense::solve;
 use crate::output::set::{On, Set, SetQuantity};
-use crate::simulation::SurfaceSet;
+use crate::simulation::{Elements, SurfaceSet};
 
 /// The target of a probe.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,7 +79,8 @@ fn nearest_point(set: &SurfaceSet<'_>, place: [f64; 3]) -> Option<(usize, Vec<f6
             continue;
         }
         let weights = match (corners.len(), set.kind) {
-            (4, crate::simulation::Elements::Sheet) => in_quadrilateral(&corners, Vector(place)),
+            (4, Elements::Sheet) => in_quadrilateral(&corners, Vector(place)),
+            (8, Elements::Volume) => in_hexahedron(&corners, Vector(place)),
             _ => in_simplex(&corners, Vector(place)),
         };
         let distance = (blend(&corners, &weights) - Vector(place)).norm_squared();
@@ -108,7 +110,7 @@ fn at_node(corners: &[Vector<3>], weights: Vec<f64>, place: Vector<3>) -> Vec<f6
     }
 }
 
-fn blend(corners: &[Vector<3>], weights: &[f64]) -> Vector<3> {
+pub(super) fn blend(corners: &[Vector<3>], weights: &[f64]) -> Vector<3> {
     corners.iter().zip(weights).map(|(x, weight)| *x * *weight).sum()
 }
 
@@ -136,7 +138,7 @@ fn in_simplex(corners: &[Vector<3>], x: Vector<3>) -> Vec<f64> {
 }
 
 /// Bilinear shape functions at the point of a quadrilateral that is nearest to `x`: Gauss–Newton in its square.
-fn in_quadrilateral(corners: &[Vector<3>], x: Vector<3>) -> Vec<f64> {
+pub(super) fn in_quadrilateral(corners: &[Vector<3>], x: Vector<3>) -> Vec<f64> {
     const ROUNDS: usize = 30;
     let shape = |[s, t]: [f64; 2]| vec![(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
     let along_s = |t: f64| (corners[1] - corners[0]) * (1.0 - t) + (corners[2] - corners[3]) * t;

@@ -122,10 +122,11 @@ fn connections<'a>(elements: &'a [&'a [u32]]) -> [DataArray<'a>; 2] {
     ]
 }
 
-/// VTK's number for a tetrahedron, vertex, line, triangle or quadrilateral; a polygon for anything else.
+/// VTK's number for a tetrahedron, hexahedron, vertex, line, triangle or quadrilateral; a polygon for anything else.
 fn cell_type(kind: Elements, nodes: usize) -> u8 {
     match (kind, nodes) {
         (Elements::Volume, 4) => 10,
+        (Elements::Volume, 8) => 12,
         (_, 1) => 1,
         (_, 2) => 3,
         (_, 3) => 5,

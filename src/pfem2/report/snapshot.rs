@@ -163,15 +163,15 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
     })
 }
 
-/// The solids: their elements as simple ones, with displacement, velocity, and, of elastic ones, stress and strain.
+/// The solids: their elements divided into linear ones, with displacement, velocity, and, of elastic ones, stress and strain.
 fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = SurfaceSet<'_>> {
     pfem.solids.iter().flat_map(|solids| {
-        solids.structure.bodies().zip(&solids.quadrilaterals).enumerate().map(|(solid, (body, cells))| SurfaceSet {
+        solids.structure.bodies().zip(&solids.cells).enumerate().map(|(solid, (body, cells))| SurfaceSet {
             name: body.name,
             position: Cow::Owned(body.positions().iter().map(|x| x.to3()).collect()),
             reference: Cow::Owned(body.mesh.nodes.iter().map(|x| x.to3()).collect()),
-            elements: cells.iter().map(|nodes| &nodes[..]).collect(),
-            kind: Elements::Sheet,
+            elements: cells.iter().collect(),
+            kind: if cells.are_volumes() { Elements::Volume } else { Elements::Sheet },
             node_fields: [vectors("displacement", "m", body.displacement), vectors("velocity", "m/s", body.velocity)]
                 .into_iter()
                 .chain(strained(&solids.structure, solid))

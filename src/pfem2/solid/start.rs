@@ -4,7 +4,7 @@ use super::contact::step::{ContactForces, StepContacts};
 use super::holding::Holders;
 use super::step_results::SolidStep;
 use super::step_results::energies;
-use super::structure::bodies::{SolidPowers, quadrilaterals};
+use super::structure::bodies::{LinearCells, SolidPowers};
 use super::structure::outline::SolidOutline;
 use super::structure::{SolidState, Structure};
 use super::tracking::SolidTracking;
@@ -40,12 +40,12 @@ impl<const D: usize> SolidTracking<D> {
             ..SolidStep::default()
         };
         let setups = structure.setups().iter();
-        let (quadrilaterals, outlines) =
-            setups.map(|setup| (quadrilaterals(&setup.mesh), SolidOutline::new(&setup.name, &setup.mesh))).unzip();
+        let (cells, outlines) =
+            setups.map(|setup| (LinearCells::new(&setup.mesh), SolidOutline::new(&setup.name, &setup.mesh))).unzip();
         let moment_points = vec![None; structure.setups().len()];
         Self {
             structure,
-            quadrilaterals,
+            cells,
             outlines,
             moment_points,
             holders,

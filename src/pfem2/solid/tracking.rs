@@ -12,7 +12,7 @@ use super::holding::{HeldStep, Holders, HoldingForces};
 use super::setup::SurfaceCondition;
 pub(in crate::pfem2) use super::step_results::SolidStep;
 use super::step_results::energies;
-use super::structure::bodies::{SolidPowers, SolvedStep};
+use super::structure::bodies::{LinearCells, SolidPowers, SolvedStep};
 use super::structure::outline::SolidOutline;
 use super::structure::{Prediction, Structure};
 use super::surface::SolidSurface;
@@ -56,8 +56,8 @@ const BACKWARD_STEPS: usize = 3;
 pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     /// Meshes, laws and state of the solids.
     pub structure: Structure<D>,
-    /// The elements of each as simple ones, for pictures.
-    pub quadrilaterals: Vec<Vec<[u32; 4]>>,
+    /// The elements of each divided into linear ones, for outputs.
+    pub cells: Vec<LinearCells>,
     /// The surface of each, for outputs.
     pub outlines: Vec<SolidOutline>,
     /// Points about which the forces on them have moments [m].

@@ -2,8 +2,8 @@
 //!
 //! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851), one of the length L a stream
 //! of the speed U in δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold
-//! them: a whole element of fluid would stick to the solid (theory (J.6a)). A rigid solid slows down 1.27 √(ν t) in the
-//! time t at most, as a plate that is set in motion (Stokes 1851), to 63 %, too.
+//! them: a whole element of fluid would stick to the solid (theory (J.6a)). A solid that nothing holds slows down
+//! 1.27 √(ν t) in the time t at most, as a plate that is set in motion (Stokes 1851), to 63 %, too.
 
 use super::path::SolidSurroundings;
 use crate::case::resolution::size_of;
@@ -24,8 +24,8 @@ const PART: f64 = 0.5;
 const TIMES: usize = 32;
 
 /// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the
-/// layer that the solid slows down in its longest period, and of that in the stream from inlets. Says so of each of
-/// them.
+/// layer that the solid slows down in its longest period, and of that in the stream from inlets; beside one that
+/// nothing holds, as it falls or rises, say, also of what it can slow down in the whole run. Says so of each of them.
 ///
 /// Solids without a known period stay as they are: rigid ones, quasi-static ones, and those whose modes weren't
 /// found; and so do all where a run begins in equilibrium, which isn't found where fluids glide. Says so of rigid ones
@@ -50,10 +50,14 @@ pub(super) fn choose<const D: usize, const N: usize>(
         if setup.law.is_rigid() {
             notes.extend(sticking(heaviest, setup, speed, around));
         }
-        let longest = modes.iter().find(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period);
+        let own = || modes.iter().filter(|mode| mode.solid == solid);
+        let longest = own().map(|mode| mode.period).find(|period| period.is_finite());
         let (Some(period), Inertia::Dynamic) = (longest, setup.inertia) else { continue };
         let Some(element) = element_size(setup, mesh, locator) else { continue };
-        let layer = layer(heaviest, period).max(layer_of_stream(heaviest, setup, speed));
+        let mut layer = layer(heaviest, period).max(layer_of_stream(heaviest, setup, speed));
+        if own().any(|mode| mode.period.is_infinite()) {
+            layer = layer.max(layer_of_run(heaviest, file.time.end));
+        }
         if element > PART * layer {
             notes.push(format!(
                 "{} glides along `{}`: elements of {element:.1e} m don't hold the layer of {layer:.1e} m that it slows down; \
@@ -74,8 +78,7 @@ fn sticking<const D: usize, const N: usize>(
     around: &SolidSurroundings<D, N>,
 ) -> Option<String> {
     let (element, time) = (element_size(setup, around.mesh, &around.locator)?, around.file.time.end);
-    let in_the_run = 1.27 * (fluid.law.viscosity(1.0 / time) / fluid.density * time).sqrt();
-    let layer = in_the_run.max(layer_of_stream(fluid, setup, speed));
+    let layer = layer_of_run(fluid, time).max(layer_of_stream(fluid, setup, speed));
     (element > PART * layer).then(|| {
         format!(
             "{} sticks to `{}`, elements of {element:.1e} m of it where {layer:.1e} m can be slowed down until the end; \
@@ -88,6 +91,12 @@ fn sticking<const D: usize, const N: usize>(
 /// Layer that a surface slows down as it swings [m]; of a fluid whose viscosity depends on the shear rate that at ω.
 fn layer(fluid: &FluidSetup, period: f64) -> f64 {
     (fluid.law.viscosity(TAU / period) / fluid.density * period / PI).sqrt()
+}
+
+/// Layer that a solid slows down in a time, once set in motion [m]; of a fluid whose viscosity depends on the shear rate
+/// that at 1/t.
+fn layer_of_run(fluid: &FluidSetup, time: f64) -> f64 {
+    1.27 * (fluid.law.viscosity(1.0 / time) / fluid.density * time).sqrt()
 }
 
 /// Layer that a solid slows down in a stream of a speed [m/s] along its longest side [m]; zero without a stream.

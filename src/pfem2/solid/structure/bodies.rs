@@ -47,13 +47,43 @@ impl<const D: usize> SolidBody<'_, D> {
     }
 }
 
-/// Quadrilaterals that show the elements of a mesh in 2D, four to each, and its surface in 3D, four to each facet.
-pub fn quadrilaterals<const D: usize>(mesh: &SolidMesh<D>) -> Vec<[u32; 4]> {
-    let four =
-        |nodes: &[u32]| [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]].map(|quad| quad.map(|a| nodes[a]));
-    match element_nodes::<D>() {
-        9 => mesh.elements.iter().flat_map(|nodes| four(nodes)).collect(),
-        _ => mesh.facets.iter().flat_map(|facet| four(&facet.nodes)).collect(),
+/// Cells with nodes at their corners alone, which divide the elements of a solid or its facets.
+#[derive(Debug, Clone)]
+pub struct LinearCells {
+    nodes: Vec<u32>,
+    corners: usize,
+}
+
+impl LinearCells {
+    /// Four quadrilaterals to each element in 2D, eight hexahedra in 3D; of a solid that is a surface without elements
+    /// four quadrilaterals to each facet.
+    pub fn new<const D: usize>(mesh: &SolidMesh<D>) -> Self {
+        const QUADRILATERALS: [[usize; 4]; 4] = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]];
+        let four = |nodes: &[u32]| QUADRILATERALS.as_flattened().iter().map(|&a| nodes[a]).collect::<Vec<_>>();
+        let eight = |nodes: &[u32]| {
+            let hexahedra = QUADRILATERALS.iter().flat_map(|lower| [0, 9].map(|layer| (lower, layer)));
+            let corners = hexahedra.flat_map(|(lower, layer)| {
+                [0, 9].into_iter().flat_map(move |above| lower.iter().map(move |a| a + layer + above))
+            });
+            corners.map(|a| nodes[a]).collect::<Vec<_>>()
+        };
+        match element_nodes::<D>() {
+            9 => Self { nodes: mesh.elements.iter().flat_map(|nodes| four(nodes)).collect(), corners: 4 },
+            _ if mesh.elements.is_empty() => {
+                Self { nodes: mesh.facets.iter().flat_map(|facet| four(&facet.nodes)).collect(), corners: 4 }
+            }
+            _ => Self { nodes: mesh.elements.iter().flat_map(|nodes| eight(nodes)).collect(), corners: 8 },
+        }
+    }
+
+    /// Nodes of each: four around a quadrilateral, or those of the lower side of a hexahedron and of the upper one.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        self.nodes.chunks_exact(self.corners)
+    }
+
+    /// True of hexahedra.
+    pub fn are_volumes(&self) -> bool {
+        self.corners == 8
     }
 }
 
@@ -111,5 +141,24 @@ impl<const D: usize> Structure<D> {
         let power = |force: &dyn Fn(usize) -> f64| (0..loads.len()).map(|k| force(k) * velocity[k]).sum::<f64>();
         let inertia = self.rigid_power(step.delta(), prediction, independent);
         SolidPowers { gravity: power(&|k| all[k] - loads[k]), supports: power(&supports) + inertia }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Their volumes are positive, and fill the block.
+    #[test]
+    fn hexahedra_of_a_block_fill_it() {
+        let mesh = SolidMesh::<3>::block(Vector([1.0, 2.0, -1.0]), Vector([4.0, 3.0, 1.0]), [3, 2, 1]).unwrap();
+        let cells = LinearCells::new(&mesh);
+        let volume = |nodes: &[u32]| {
+            let side = |k: usize| mesh.nodes[nodes[k] as usize] - mesh.nodes[nodes[0] as usize];
+            side(1).cross(side(3)).dot(side(4))
+        };
+        let volumes: Vec<f64> = cells.iter().map(volume).collect();
+        assert!(cells.are_volumes() && volumes.len() == 48 && volumes.iter().all(|v| *v > 0.0), "{volumes:?}");
+        assert!((volumes.iter().sum::<f64>() - 6.0).abs() < 1e-13);
     }
 }
