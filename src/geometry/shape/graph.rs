@@ -1,9 +1,8 @@
 //! The region below a curve y = η(x), as a polygon.
 
-use super::polygon::Polygon;
-use super::region::Region;
-use super::shape::BuildRegion;
+use super::BuildRegion;
 use crate::error::Diagnostic;
+use crate::geometry::{Polygon, Region};
 use crate::math::{Signal, Vector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
