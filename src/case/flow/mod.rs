@@ -6,12 +6,9 @@ pub use boundary::*;
 
 use super::signal::SignalSpec;
 use crate::linalg;
-use crate::pfem2::cut_element;
-use crate::pfem2::element;
 use crate::pfem2::particles::project;
 use crate::pfem2::phases::phase_list;
-use crate::pfem2::tracking;
-use crate::pfem2::{Scheme, setup};
+use crate::pfem2::{Scheme, cut_element, element, setup, tracking};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
