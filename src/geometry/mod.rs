@@ -17,7 +17,6 @@
 mod bins;
 mod closest;
 mod direction;
-mod graph;
 mod outline;
 mod polygon;
 mod primitive;
@@ -32,14 +31,14 @@ mod winding;
 pub use bins::SpatialBins;
 pub use closest::closest_on_triangle;
 pub use direction::{Axis, Direction};
-pub use graph::{BelowShape, Height};
 pub use outline::Edge;
 pub use polygon::Polygon;
 pub use region::{Bounds, Region};
 pub use sample::{Sample, centred_origin, sample};
 pub use shape::{
-    BoxShape, BuildRegion, ComplementShape, CylinderShape, DifferenceShape, EllipsoidShape, HalfSpaceShape,
-    IntersectionShape, PolygonShape, RotatedShape, Shape, SphereShape, SurfaceShape, TranslatedShape, UnionShape,
+    BelowShape, BoxShape, BuildRegion, ComplementShape, CylinderShape, DifferenceShape, EllipsoidShape, HalfSpaceShape,
+    Height, IntersectionShape, PolygonShape, RotatedShape, Shape, SphereShape, SurfaceShape, TranslatedShape,
+    UnionShape,
 };
 pub use skin::{SkinPoint, skin};
 pub(crate) use surface::IndexedTriangle;

@@ -1,13 +1,15 @@
 //! Regions in a case file: `{ shape = "sphere", center = [...], radius = ... }`.
 //!
-//! One struct per shape, those made of other shapes in `composed`; its fields are the keys. The case reader has
+//! One struct per shape, those made of other shapes in `composed`, the region below a curve in `graph`; its fields are the keys. The case reader has
 //! converted units when a shape is built, so every number is in SI here.
 
 mod composed;
+mod graph;
 
 pub use composed::{ComplementShape, DifferenceShape, IntersectionShape, RotatedShape, TranslatedShape, UnionShape};
+pub use graph::{BelowShape, Height};
 
-use super::{BelowShape, Direction, Polygon, Region, Surface};
+use super::{Direction, Polygon, Region, Surface};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use schemars::JsonSchema;

@@ -1,24 +1,24 @@
 //! The complete, checked description that a run starts from, made by the case layer.
 
 use crate::linalg;
-use crate::material::ViscousLaw;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::{BoundarySetup, PressurePin};
-use crate::pfem2::equations::element::{Mass, Stabilisation};
-use crate::pfem2::interface::Enrichment;
+use crate::pfem2::cut_element::Enrichment;
+use crate::pfem2::element::{Mass, Stabilisation};
+use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::interface::level_set::LevelSet;
-use crate::pfem2::interface::phase_list::{Phase, Reseeding};
+use crate::pfem2::moments::MomentPoint;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::reseed::ParticleCounts;
-use crate::pfem2::particles::tracking::{ParticleRules, Unresolved};
-use crate::pfem2::report::moments::MomentPoint;
+use crate::pfem2::phases::phase_list::{Phase, Reseeding};
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::theta_step::Scheme;
-use std::sync::Arc;
+use crate::pfem2::tracking::particles::ParticleRules;
+use crate::pfem2::tracking::{Unresolved, VolumeCorrection};
 
 /// Everything that a run of PFEM-2 starts from.
 #[derive(Debug)]
@@ -94,17 +94,6 @@ pub enum InitialState {
     Equilibrium,
 }
 
-/// Treatment of the volumes of several fluids (theory G.6).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum VolumeCorrection {
-    /// Changes of volume are only reported.
-    None,
-    /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed
-    /// box take weights of their shares. Both are reported.
-    #[default]
-    Shift,
-}
-
 impl<const D: usize, const N: usize> Setup<D, N> {
     /// The phases: fluids, and then solids on particles.
     pub(super) fn phases(&self) -> Vec<Phase> {
@@ -130,27 +119,4 @@ impl<const D: usize, const N: usize> Setup<D, N> {
             unresolved: self.unresolved,
         }
     }
-}
-
-/// A fluid.
-#[derive(Debug, Clone)]
-pub struct FluidSetup {
-    /// Name.
-    pub name: String,
-    /// Density [kg/m³].
-    pub density: f64,
-    /// Law of viscosity.
-    pub law: Arc<dyn ViscousLaw>,
-}
-
-impl FluidSetup {
-    /// A fluid with a law.
-    pub fn new(name: impl Into<String>, law: Box<dyn ViscousLaw>) -> Self {
-        Self { name: name.into(), density: law.density(), law: law.into() }
-    }
-}
-
-/// True for a fluid that is a gas beside another one: less than a tenth as dense [kg/m³].
-pub fn is_gas(density: f64, heaviest: f64) -> bool {
-    density < 0.1 * heaviest
 }

@@ -19,10 +19,10 @@ pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
 pub use ledger::{BalanceTerm, CompensatedSum, Ledger, LedgerSums, TermId, TermKind};
-pub use progress::{Event, Observer, Progress};
-pub use run::{LEAST_STEPS, Plan, RunSummary, Simulation};
+pub use progress::{Event, Observer, Progress, RunSummary};
+pub use run::{LEAST_STEPS, Plan, Simulation};
 pub use said_once::SaidOnce;
-pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, Snapshot, SIDES_OF_HEXAHEDRON, SurfaceSet};
+pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, SIDES_OF_HEXAHEDRON, Snapshot, SurfaceSet};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

@@ -15,11 +15,11 @@ mod recover;
 mod state;
 mod summary;
 
-pub use summary::RunSummary;
-
 use self::impulse::Impulses;
 use super::progress::Throughput;
-use super::{CheckpointStore, Clock, Event, Monitor, Observer, Progress, Schedule, Snapshot, Solver, Timer};
+use super::{
+    CheckpointStore, Clock, Event, Monitor, Observer, Progress, RunSummary, Schedule, Snapshot, Solver, Timer,
+};
 use crate::error::{Diagnostic, Error, Result, StepError};
 use crate::timed;
 use std::path::PathBuf;

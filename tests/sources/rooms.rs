@@ -1,5 +1,5 @@
-//! Imports inside of the library: the rooms of `mpm` and of `pfem2/solid` in the order of their tables, and no circles
-//! among the files of a folder.
+//! Imports inside of the library: the rooms of `mpm`, `pfem2` and `pfem2/solid` in the order of their tables, and no
+//! circles among the files of a folder.
 
 use crate::layering::{outermost, root, sources, without_tests};
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,9 +8,6 @@ use std::path::Path;
 
 /// Modules of a folder, each with the others that it imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;
-
-/// Folders below `src` in which some files import each other in a circle: none is to be added.
-const WITH_CIRCLES: [&str; 5] = ["geometry", "mpm/wall", "output/plot", "pfem2", "simulation"];
 
 /// The module of a file below `src`, by its names.
 fn module(path: &Path) -> Vec<String> {
@@ -79,8 +76,8 @@ fn imports(folder: &str) -> Imports {
     let modules: Vec<(Vec<String>, String)> =
         files.iter().map(|path| (module(path), fs::read_to_string(path).unwrap())).collect();
     let inside = |path: &[String]| path.strip_prefix(&parent[..]).and_then(|rest| rest.first()).cloned();
-    let mut imports: Imports =
-        modules.iter().filter_map(|(module, _)| Some((inside(module)?, BTreeSet::new()))).collect();
+    let names = modules.iter().filter_map(|(module, _)| inside(module)).filter(|name| name != "tests");
+    let mut imports: Imports = names.map(|name| (name, BTreeSet::new())).collect();
     let known: BTreeSet<String> = imports.keys().cloned().collect();
     let shared = shared(folder, &known);
     for (module, text) in modules.iter().filter(|(module, _)| !module.iter().any(|name| name == "tests")) {
@@ -120,7 +117,7 @@ fn folders() -> BTreeSet<String> {
 #[test]
 fn files_of_a_folder_import_each_other_in_one_direction() {
     let mut wrong = Vec::new();
-    for folder in folders().into_iter().filter(|folder| !WITH_CIRCLES.contains(&folder.as_str())) {
+    for folder in folders() {
         let circles = in_circles(imports(&folder));
         if !circles.is_empty() {
             wrong.push(format!("src/{folder}: {circles:?}"));
@@ -162,14 +159,27 @@ fn rooms_of_solids_import_those_below_in_the_list() {
     assert!(imports["coupling"].contains("cut"), "imports are found: {imports:?}");
 }
 
-#[test]
-fn rooms_of_material_points_import_those_above_in_the_list() {
-    let text = fs::read_to_string(root().join("src/mpm/mod.rs")).unwrap().replace("//! ", "");
-    let (mut rooms, imports) = (rooms(&text, "| room |"), imports("mpm"));
+/// Imports of the rooms of a method, which follow the table in its `mod.rs`: each imports those above it.
+fn follow_their_table(method: &str) -> Imports {
+    let path = format!("src/{method}/mod.rs");
+    let text = fs::read_to_string(root().join(&path)).unwrap().replace("//! ", "");
+    let (mut rooms, imports) = (rooms(&text, "| room |"), imports(method));
     rooms.reverse();
     let wrong = against(&rooms, &imports);
-    assert!(wrong.is_empty(), "against the list of rooms in src/mpm/mod.rs:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "against the list of rooms in {path}:\n{}", wrong.join("\n"));
+    imports
+}
+
+#[test]
+fn rooms_of_material_points_import_those_above_in_the_list() {
+    let imports = follow_their_table("mpm");
     assert!(imports["contact"].contains("leapfrog"), "names that the parent shares are found: {imports:?}");
+}
+
+#[test]
+fn rooms_of_fluids_on_a_mesh_import_those_above_in_the_list() {
+    let imports = follow_their_table("pfem2");
+    assert!(imports["report"].contains("step"), "names that the parent shares are found: {imports:?}");
 }
 
 #[test]

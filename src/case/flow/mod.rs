@@ -6,10 +6,9 @@ pub use boundary::*;
 
 use super::signal::SignalSpec;
 use crate::linalg;
-use crate::pfem2::equations::element;
-use crate::pfem2::interface::{self, phase_list};
-use crate::pfem2::particles::{self, project};
-use crate::pfem2::{Scheme, setup};
+use crate::pfem2::particles::project;
+use crate::pfem2::phases::phase_list;
+use crate::pfem2::{Scheme, cut_element, element, setup, tracking};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -353,7 +352,7 @@ impl From<MassSpec> for element::Mass {
     }
 }
 
-impl From<EnrichmentSpec> for interface::Enrichment {
+impl From<EnrichmentSpec> for cut_element::Enrichment {
     fn from(enrichment: EnrichmentSpec) -> Self {
         match enrichment {
             EnrichmentSpec::None => Self::None,
@@ -372,7 +371,7 @@ impl From<ReseedingSpec> for phase_list::Reseeding {
     }
 }
 
-impl From<UnresolvedSpec> for particles::Unresolved {
+impl From<UnresolvedSpec> for tracking::Unresolved {
     fn from(unresolved: UnresolvedSpec) -> Self {
         match unresolved {
             UnresolvedSpec::Kept => Self::Kept,
@@ -381,7 +380,7 @@ impl From<UnresolvedSpec> for particles::Unresolved {
     }
 }
 
-impl From<VolumeSpec> for setup::VolumeCorrection {
+impl From<VolumeSpec> for tracking::VolumeCorrection {
     fn from(volume: VolumeSpec) -> Self {
         match volume {
             VolumeSpec::None => Self::None,

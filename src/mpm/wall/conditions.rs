@@ -2,7 +2,7 @@
 //! changed.
 
 use super::surface::{SurfaceFoot, SurfacePoint};
-use super::{Walls, constrain, gap};
+use super::{NodeCondition, Walls, constrain, gap};
 use crate::math::Vector;
 use crate::mpm::WallKind;
 use crate::mpm::grid::{EDGE, Grid};
@@ -17,14 +17,6 @@ const ROUNDING: f64 = 1e-6;
 
 /// Distance from an obstacle of blocks of the grid that may hold particles near it [cells].
 const SEARCH_DISTANCE: f64 = 4.0;
-
-/// One node under one condition.
-#[derive(Debug, Clone, Copy)]
-pub struct NodeCondition<const D: usize> {
-    pub node: u32,
-    pub boundary: u32,
-    pub normal: Vector<D>,
-}
 
 impl<const D: usize> Walls<D> {
     /// Finds the nodes under a condition, after the active blocks or an obstacle changed.

@@ -17,7 +17,7 @@
 //!
 //! Walls of the domain lie on nodes and act there, but for solids that may leave them (`domain`). Obstacles lie
 //! anywhere, and act at points of their surface (`surface`); nodes deeper in them than half a support have conditions
-//! too. `conditions` lists both, `kind` is the table above, `constrain` applies it to nodes, `gap` measures gaps,
+//! too. `conditions` lists both, each node as a `node_condition`; `kind` is the table above, `constrain` applies it to nodes, `gap` measures gaps,
 //! `lasting` follows contacts that last. `reaction` and `pushes` sum what walls do, `solid` is the rigid surface for
 //! contact of membranes; `folded_stencil` finds the nodes around a point, with walls, for contact and obstacles. At the end of a step no particle is within an obstacle (`position_correction`).
 
@@ -28,6 +28,7 @@ pub(in crate::mpm) mod folded_stencil;
 mod gap;
 mod kind;
 mod lasting;
+mod node_condition;
 mod position_correction;
 mod pushes;
 mod reaction;
@@ -36,10 +37,10 @@ mod surface;
 
 use super::{GridSetup, Obstacle, Wall, WallKind};
 use crate::math::{Signal, Vector};
-use conditions::NodeCondition;
 use constrain::ConditionRange;
 use folded_stencil::FoldedStencil;
 pub(in crate::mpm) use gap::Bodies;
+use node_condition::NodeCondition;
 pub use pushes::{Pushes, WallWork};
 use reaction::FieldReaction;
 pub use solid::{RigidBoundary, SheetPush};

@@ -1,11 +1,13 @@
 //! Plots as SVG and PNG: curves, reference points and bands over a light grid.
 
+mod curve_shape;
 mod draw;
 mod phase;
 mod run;
 
+pub use curve_shape::CurveShape;
 pub use phase::PhaseReference;
-pub use run::{CurveShape, ReferenceCurve, plot_run};
+pub use run::{ReferenceCurve, plot_run};
 
 use super::atomic;
 use super::canvas::{BackEnd, Canvas};

@@ -3,9 +3,6 @@
 //! Phases of an oscillation that sets in by itself are arbitrary. A reference that rises through its middle at t_r is
 //! shown later by t − t_r, with the last time t at which the run rises through the middle of its last oscillation.
 
-use super::Level;
-use super::run::CurveShape;
-
 /// Reference of the phase: a signal of the run, and when the same signal of the reference rises.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseReference {
@@ -28,29 +25,6 @@ impl PhaseReference {
     }
 }
 
-impl CurveShape {
-    /// The same curve, later by `shift`.
-    #[must_use]
-    pub fn later(&self, shift: f64) -> Self {
-        match self {
-            Self::Points(points) => Self::Points(points.iter().map(|&[t, y]| [t + shift, y]).collect()),
-            Self::Band(points) => Self::Band(points.iter().map(|&[t, low, high]| [t + shift, low, high]).collect()),
-            Self::Levels(levels) => {
-                Self::Levels(levels.iter().map(|level| Level { x: level.x.map(|t| t + shift), ..*level }).collect())
-            }
-        }
-    }
-
-    /// First time of the curve.
-    pub fn begin(&self) -> Option<f64> {
-        match self {
-            Self::Points(points) => points.first().map(|point| point[0]),
-            Self::Band(points) => points.first().map(|point| point[0]),
-            Self::Levels(levels) => levels.first().map(|level| level.x[0]),
-        }
-    }
-}
-
 /// The last time at which points (t, y) rise through the middle of their extremes.
 fn last_rise(points: &[[f64; 2]]) -> Option<f64> {
     let extremes =
@@ -64,6 +38,7 @@ fn last_rise(points: &[[f64; 2]]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::plot::CurveShape;
     use std::f64::consts::TAU;
 
     /// 1 + a sin(2π(t − t₀)/0.2) every 2 ms.

@@ -1,6 +1,6 @@
 //! The plots of a whole run: every history with its references, the energies, and their closure.
 
-use super::{Data, Level, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
+use super::{CurveShape, Data, Level, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
@@ -23,24 +23,6 @@ pub struct ReferenceCurve {
     pub shape: CurveShape,
     /// The phase in which it is drawn; else at its own times.
     pub phase: Option<PhaseReference>,
-}
-
-/// Shape of a reference in a plot.
-#[derive(Debug, Clone, PartialEq)]
-pub enum CurveShape {
-    /// Points (x, y).
-    Points(Vec<[f64; 2]>),
-    /// The area between (x, lower) and (x, upper).
-    Band(Vec<[f64; 3]>),
-    /// Values that hold over a span of time, open where it is infinite.
-    Levels(Vec<Level>),
-}
-
-impl CurveShape {
-    /// True for values, which are drawn beside other columns of a history; curves have a plot of their own.
-    fn is_levels(&self) -> bool {
-        matches!(self, Self::Levels(_))
-    }
 }
 
 /// Plots every history of `histories` into `plots`, one plot per unit of its columns.

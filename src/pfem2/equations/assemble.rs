@@ -9,7 +9,6 @@
 //! symmetrically: their columns go to the right-hand side, their rows keep the diagonal alone.
 
 use super::contents::{CutElement, ElementContents};
-use super::element::{self, Block, Drive, Equations, Stabilisation};
 use super::mesh_data::MeshData;
 use super::outflow;
 use super::slip;
@@ -19,6 +18,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
+use crate::pfem2::element::{self, Block, Drive, Equations, Stabilisation};
 use crate::pfem2::particle_solids::element::SolidElement;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::solid::coupling::immersed::Immersed;

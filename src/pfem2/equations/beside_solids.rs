@@ -1,11 +1,12 @@
 //! Filling of the elements that solids cut: one fluid, a mixture, or two with an interface (theory J.3, G.14).
 
-use super::element::{Content, Drive};
 use super::system::VelocityPressureSystem;
 use crate::math::Vector;
 use crate::parallel;
-use crate::pfem2::interface::phases::{Filling, Phases};
-use crate::pfem2::interface::{Enrichment, FluidRegion, Medium};
+use crate::pfem2::cut_element::{Enrichment, Medium};
+use crate::pfem2::element::{Content, Drive};
+use crate::pfem2::phases::FluidRegion;
+use crate::pfem2::phases::{Filling, Phases};
 use crate::pfem2::solid::coupling::fluid_part::FluidPart;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {

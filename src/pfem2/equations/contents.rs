@@ -1,10 +1,10 @@
 //! What fills the elements in a step, and the enriched equations of those that an interface cuts.
 
-use super::element::Content;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::Enriched;
+use crate::pfem2::cut_element::Enriched;
+use crate::pfem2::element::Content;
 
 /// An element that an interface cuts.
 #[derive(Debug, Clone)]

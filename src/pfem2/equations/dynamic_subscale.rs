@@ -6,10 +6,10 @@
 //! ∫q ∇·v − ∫∇q·ũ = 0
 //! ```
 
-use super::element::Stabilisation;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::element::Stabilisation;
 
 /// Velocity and acceleration of the subscales, by element; without entries for stabilisations that have none.
 #[derive(Debug, Clone, Default)]

@@ -2,18 +2,18 @@
 //! interface cuts (theory F.6, G.8).
 
 use super::contents::CutElement;
-use super::element::{self, Content, Drive, Mass, Stabilisation};
-use super::shear::shear_rate;
 use super::slip;
 use super::subscale;
 use super::system::VelocityPressureSystem;
 use crate::math::Vector;
 use crate::parallel;
-use crate::pfem2::interface::phases::{Filling, Phases};
-use crate::pfem2::interface::surface_tension;
-use crate::pfem2::interface::{Enriched, Enrichment, Medium, ResidualTerms};
+use crate::pfem2::cut_element::surface_tension;
+use crate::pfem2::cut_element::{Enriched, Enrichment, Medium, ResidualTerms};
+use crate::pfem2::element::shear::shear_rate;
+use crate::pfem2::element::{self, Content, Drive, Mass, Stabilisation};
+use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::particle_solids::solids::SurroundingFluid;
-use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::phases::{Filling, Phases};
 use crate::pfem2::solid::cut::ElementState;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {

@@ -1,12 +1,10 @@
 //! The equations of velocity and pressure on the mesh: stage `solve` of a step (Becker (17)–(20); theory F.6–F.10).
 //!
 //! ```text
-//! element        the blocks and loads of one element                             Becker (17)–(20), theory F.6, F.7
 //! subscale       orthogonal subscales, against which the pressure is stabilised  theory F.7.3
 //! viscous        viscous forces at the nodes, for the consistent stabilisation   theory F.7.2
 //! slip           pressure on slip facets                                         theory (F.32)
 //! outflow        viscous and inertial terms of open facets                       theory (F.34), (F.35)
-//! shear          the shear rate of an element                                    theory F.8
 //! mesh_data      sizes of elements, and their facets on the boundary
 //! assemble       rows of the matrix, gathered from the elements around a node
 //! contents       what fills each element in a step; cut elements                 theory F.6, G.8
@@ -26,7 +24,6 @@ mod beside_solids;
 pub mod contents;
 mod convergence;
 pub mod dynamic_subscale;
-pub mod element;
 mod estimates;
 mod fill;
 mod linear_system;
@@ -34,7 +31,6 @@ pub mod mesh_data;
 pub mod outflow;
 mod physics;
 pub mod prescribed;
-pub mod shear;
 pub mod slip;
 mod stabilise;
 pub mod subscale;

@@ -18,10 +18,10 @@
 //! with its pressure, as on the way out of a large vessel at rest (Bruneau & Fabrie 1994; Esmaily Moghadam et al.
 //! 2011). Where nothing comes in, the term vanishes.
 
-use super::element::Block;
 use crate::math::Vector;
 use crate::mesh::{Mesh, Simplex};
 use crate::pfem2::boundary::{Boundary, Condition};
+use crate::pfem2::element::Block;
 
 /// The facets of each element that are open in this way: bit k for the one opposite to local node k.
 pub fn open_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {

@@ -1,9 +1,9 @@
 //! The fluids and the choices of a run that all steps share.
 
-use super::element::{Mass, Stabilisation};
 use crate::math::{Signal, Vector};
-use crate::pfem2::interface::Enrichment;
-use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::cut_element::Enrichment;
+use crate::pfem2::element::{Mass, Stabilisation};
+use crate::pfem2::fluid::FluidSetup;
 
 /// What stays the same during a run: fluids, tensions, the formula of gravity, and choices.
 #[derive(Debug, Clone)]

@@ -12,10 +12,10 @@
 //! digits. It makes these rows unsymmetric, and it counts to the force on the wall, which takes up the pressure of its
 //! facets.
 
-use super::element::Block;
 use crate::mesh::{Mesh, Simplex};
 use crate::pfem2::boundary::{Boundary, Condition};
-use crate::pfem2::interface::{CutGeometry, Enrichment};
+use crate::pfem2::cut_element::{CutGeometry, Enrichment};
+use crate::pfem2::element::Block;
 
 /// The slip facets of each element: bit k for the one opposite to local node k.
 pub fn slip_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {

@@ -1,15 +1,15 @@
 //! Subscales of a step: carried along with the flow, found with the solution, and projected for the next step
 //! (theory F.7).
 
-use super::element::Stabilisation;
 use super::subscale;
 use super::system::VelocityPressureSystem;
 use super::viscous::ViscousFlow;
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::ThetaStep;
+use crate::pfem2::element::Stabilisation;
+use crate::pfem2::history::StepShares;
 use crate::pfem2::solid::cut::ElementState;
-use crate::pfem2::time::history::StepShares;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// Finds ũ̂ of a step, in which accelerations have these shares.

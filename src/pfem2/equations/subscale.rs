@@ -20,10 +20,10 @@
 //! and what cut elements take out must outweigh that. With π of the last step alone, or with 0.1 τ, it doesn't.
 
 use super::dynamic_subscale::DynamicSubscales;
-use super::element::{Content, Stabilisation};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::element::{Content, Stabilisation};
 
 /// Part of the way that γ goes towards π in a step.
 const FOLLOW: f64 = 0.3;

@@ -5,12 +5,11 @@
 //! ```
 //!
 //! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
-//! the share 1 − θ of the last acceleration (see `step.rs`).
+//! the share 1 − θ of the last acceleration (see `step/mod.rs`).
 
 use super::assemble::ElementEquations;
 use super::contents::ElementContents;
 use super::convergence;
-use super::element::Equations;
 use super::linear_system::LinearSystem;
 use super::mesh_data::MeshData;
 pub use super::physics::Physics;
@@ -23,12 +22,13 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
-use crate::pfem2::interface::FluidRegion;
-use crate::pfem2::interface::phases::{Filling, Phases};
+use crate::pfem2::element::Equations;
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::particles::Particles;
+use crate::pfem2::phases::FluidRegion;
+use crate::pfem2::phases::{Filling, Phases};
 use crate::pfem2::solid::coupling::dilatation::Dilatation;
 use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::ElementState;

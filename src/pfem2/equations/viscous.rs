@@ -9,11 +9,11 @@
 //! A linear velocity has no second derivatives in an element. Without f the residual lacks the viscous force, which in
 //! the layer at a wall balances the pressure gradient. Between steps f goes along with the flow, as solids do.
 
-use super::element::{Content, viscous_forces};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::Medium;
+use crate::pfem2::cut_element::Medium;
+use crate::pfem2::element::{Content, viscous_forces};
 use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::coupling::viscous::CutForces;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState};

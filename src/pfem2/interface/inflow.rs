@@ -2,13 +2,13 @@
 //! (theory F.10, G.4).
 
 use super::level_set::{self, CameIn, InflowDepth, InflowFluid, LevelSet};
-use super::phase_list::PhaseList;
-use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::Boundary;
 use crate::pfem2::boundary::{BoundaryKind, Inflow};
 use crate::pfem2::particles::convect::MeshPoint;
+use crate::pfem2::phases::Phases;
+use crate::pfem2::phases::phase_list::PhaseList;
 
 /// Fluids of the inflow, by places of [`Mesh::boundary`]. They follow from the start alone.
 #[derive(Debug, Clone, Default)]

@@ -1,10 +1,11 @@
 //! The interfaces between fluids as a surface, so that probes, pictures and files can show where they are:
 //! the segments (2D) or triangles (3D) in which the level set vanishes.
 
-use super::phases::Phases;
-use super::{FluidRegion, at_corners, facets, inner};
 use crate::math::Vector;
+use crate::pfem2::cut_element::{at_corners, facets, inner};
 use crate::pfem2::particles::interpolate;
+use crate::pfem2::phases::FluidRegion;
+use crate::pfem2::phases::Phases;
 
 /// The interfaces of one time. Facets share no corners, each with its neighbours' places.
 #[derive(Debug, Clone, Default)]
@@ -65,9 +66,9 @@ pub(in crate::pfem2) fn size<const D: usize>(facet: &[Vector<D>; D]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::phase_list::PhaseList;
     use super::*;
     use crate::mesh::Mesh;
+    use crate::pfem2::phases::phase_list::PhaseList;
     use std::f64::consts::PI;
 
     /// Facets lie on a circle or sphere of radius r within h²/8r, and add up to its length or area.

@@ -11,11 +11,11 @@
 //! small for a node of its own. Where an element begins to hold a third fluid, V jumps by a part of it: what is missing
 //! then is in the history.
 
-use super::phase_list::PhaseList;
-use super::phases::Phases;
 use crate::math::dense::inverse_of_semidefinite;
 use crate::parallel;
-use crate::pfem2::interface::FluidRegion;
+use crate::pfem2::phases::FluidRegion;
+use crate::pfem2::phases::Phases;
+use crate::pfem2::phases::phase_list::PhaseList;
 
 /// Most Newton steps.
 const STEPS: usize = 20;

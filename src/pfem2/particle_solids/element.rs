@@ -13,8 +13,8 @@
 
 use crate::math::{SymTensor, Vector};
 use crate::mesh::Simplex;
-use crate::pfem2::equations::element::{Block, Drive};
-use crate::pfem2::interface::CutGeometry;
+use crate::pfem2::cut_element::CutGeometry;
+use crate::pfem2::element::{Block, Drive};
 
 /// An element that holds solid.
 #[derive(Debug, Clone)]

@@ -23,15 +23,15 @@
 //! solids       all of them in the system: equations, recovery, forces
 //! sums         how the sums and averages are taken
 //! stress       the rate law on the particles
-//! stages       the stages of a step, of the particles and of the system
 //! ```
+//!
+//! The stages of a step are in `tracking/particle_solids.rs`.
 
 pub mod averages;
 pub mod columns;
 pub mod element;
 pub mod setup;
 pub mod solids;
-mod stages;
 pub mod strain_rate;
 pub mod stress;
 pub mod sums;

@@ -14,9 +14,9 @@ use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
-use crate::pfem2::equations::element::{self, Content, Drive, Equations, Mass};
-use crate::pfem2::interface::phases::{Filling, Phases};
-use crate::pfem2::interface::{CutGeometry, Medium};
+use crate::pfem2::cut_element::{CutGeometry, Medium};
+use crate::pfem2::element::{self, Content, Drive, Equations, Mass};
+use crate::pfem2::phases::{Filling, Phases};
 
 /// An element without solid.
 const NONE: u32 = u32::MAX;

@@ -12,8 +12,8 @@ use super::solids::ParticleSolids;
 use crate::math::{SymTensor, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
+use crate::pfem2::phases::Phases;
 
 /// Nodes that see less than this of a particle, Σ N_i, keep their values.
 const LEAST_WEIGHT: f64 = 1e-5;

@@ -2,11 +2,11 @@
 
 use crate::linalg::{CoarseCounters, SolverCounters};
 use crate::pfem2::Pfem2;
-use crate::pfem2::interface::tracking::InterfaceTracking;
+use crate::pfem2::moments::StepMeans;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::tracking::ParticleEvents;
-use crate::pfem2::report::moments::StepMeans;
 use crate::pfem2::time::step_control::{ErrorEstimates, StepControl};
+use crate::pfem2::tracking::interface::InterfaceTracking;
+use crate::pfem2::tracking::particles::ParticleEvents;
 use crate::simulation::{Column, MOST_COUNTED, Record};
 
 /// The contradiction in restored columns, if there is one.

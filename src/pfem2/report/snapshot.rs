@@ -1,17 +1,17 @@
 //! The state as outputs see it: particles, mesh, ledger, forces, counts.
 
+use super::filled;
 use crate::math::{SymTensor, Vector};
 use crate::parallel;
 use crate::pfem2::Pfem2;
-use crate::pfem2::interface::filled;
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::solid::setup::Plane;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::bodies::SolidBody;
 use crate::pfem2::solid::structure::outline::SolidOutline;
 use crate::pfem2::solid::structure::stress::NodalStress;
-use crate::pfem2::solid::tracking::SolidTracking;
 use crate::pfem2::time::step_control::ErrorEstimates;
+use crate::pfem2::tracking::solids::SolidTracking;
 use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;

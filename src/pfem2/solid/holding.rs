@@ -16,7 +16,7 @@ use super::setup::SolidSetup;
 use super::structure::bodies::SolvedStep;
 use super::structure::{Prediction, Structure};
 use crate::math::Vector;
-use crate::pfem2::report::moments::moment;
+use crate::pfem2::moments::moment;
 
 /// Something that holds a solid, or pushes on it beside the fluid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +33,7 @@ enum Holder {
 
 /// A force of or on a solid, and its moment about the point of the solid, or the origin.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct HoldingForce<const D: usize> {
+pub(in crate::pfem2) struct HoldingForce<const D: usize> {
     /// Force [N].
     pub force: Vector<D>,
     /// Moment [N m].
@@ -42,7 +42,7 @@ pub(super) struct HoldingForce<const D: usize> {
 
 /// Forces at the end of a step.
 #[derive(Debug, Clone)]
-pub(super) struct HoldingForces<const D: usize> {
+pub(in crate::pfem2) struct HoldingForces<const D: usize> {
     /// Those with a share in the next step.
     pub lasting: Vec<HoldingForce<D>>,
     /// Those of impulses, which act for Δ alone.
@@ -59,7 +59,7 @@ pub(in crate::pfem2) struct Holders {
 }
 
 /// The end of a step.
-pub(super) struct HeldStep<'a, const D: usize> {
+pub(in crate::pfem2) struct HeldStep<'a, const D: usize> {
     /// Implicit part Δ of the step [s].
     pub delta: f64,
     /// The prediction.
@@ -151,7 +151,11 @@ impl Holders {
     }
 
     /// The forces at the end of a step: on supports and springs, and of contacts on solids; impulses stand apart.
-    pub(super) fn measure<const D: usize>(&self, structure: &Structure<D>, step: &HeldStep<'_, D>) -> HoldingForces<D> {
+    pub(in crate::pfem2) fn measure<const D: usize>(
+        &self,
+        structure: &Structure<D>,
+        step: &HeldStep<'_, D>,
+    ) -> HoldingForces<D> {
         let velocity = |node: usize| structure.state.velocity[node];
         let end = StepEnd {
             structure,

@@ -20,21 +20,21 @@
 //! | `coupling` | the equations of the fluid in cut elements, and the linear system of fluid and solids |
 //! | `contact` | contact with walls, among solids, and of a solid with itself |
 //!
-//! `setup` has a solid as a run starts with it; `tracking` the solids of a run from step to step, `start` their begin,
-//! `step_results` what a step leaves. Only `tracking` knows all rooms.
+//! `setup` has a solid as a run starts with it, `holding` the forces that hold solids, `step_results` what a step leaves,
+//! `energy` the energy of solids in the balance of a run. The solids of a run from step to step are in `tracking` of
+//! `pfem2`, which knows all rooms.
 
 pub mod contact;
 pub mod coupling;
 pub mod cut;
+pub(in crate::pfem2) mod energy;
 pub mod equations;
 pub(in crate::pfem2) mod holding;
 pub mod mesh;
 pub mod rigid;
 pub mod setup;
-pub(in crate::pfem2) mod start;
-mod step_results;
+pub(in crate::pfem2) mod step_results;
 pub mod structure;
 pub mod surface;
-pub(in crate::pfem2) mod tracking;
 
 pub use structure::support;

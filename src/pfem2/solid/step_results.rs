@@ -1,12 +1,12 @@
 //! Results of a step of the solids: forces on them, energies, and how well it was solved.
 
 use super::contact::step::ContactForces;
+use super::energy::SolidEnergies;
 use super::structure::Structure;
 use super::structure::bodies::SolidPowers;
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::pfem2::report::moments::StepMeans;
-use crate::pfem2::report::solids::SolidEnergies;
+use crate::pfem2::moments::StepMeans;
 
 /// Results of a step.
 #[derive(Debug, Clone, Default)]
@@ -45,7 +45,7 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
 ///
 /// # Errors
 /// An element is turned inside out.
-pub(super) fn energies<const D: usize>(
+pub(in crate::pfem2) fn energies<const D: usize>(
     structure: &Structure<D>,
     powers: SolidPowers,
 ) -> Result<SolidEnergies, StepError> {

@@ -11,7 +11,7 @@ use super::solids::solid;
 use super::*;
 use crate::material::{Elastic, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::element::Stabilisation;
+use crate::pfem2::element::Stabilisation;
 use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;

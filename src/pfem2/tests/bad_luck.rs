@@ -6,7 +6,7 @@ use super::*;
 use crate::error::Place;
 use crate::material::Rigid;
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::element::Stabilisation;
+use crate::pfem2::element::Stabilisation;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceCondition};

@@ -42,17 +42,19 @@ use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
 use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::{BoundarySetup, Condition};
-use crate::pfem2::equations::element::{Mass, Stabilisation};
+use crate::pfem2::cut_element::Enrichment;
+use crate::pfem2::element::{Mass, Stabilisation};
 use crate::pfem2::equations::system::{Physics, VelocityPressureSystem};
-use crate::pfem2::interface::Enrichment;
-use crate::pfem2::interface::phase_list::PhaseList;
-use crate::pfem2::interface::phase_list::Reseeding;
-use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
-use crate::pfem2::particles::tracking::Unresolved;
-use crate::pfem2::setup::{FluidSetup, InitialState, Setup, VolumeCorrection};
+use crate::pfem2::phases::Phases;
+use crate::pfem2::phases::phase_list::PhaseList;
+use crate::pfem2::phases::phase_list::Reseeding;
+use crate::pfem2::setup::{InitialState, Setup};
 use crate::pfem2::theta_step::Scheme;
+use crate::pfem2::tracking::Unresolved;
+use crate::pfem2::tracking::VolumeCorrection;
 
 /// Facets whose nodes all satisfy a test.
 fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {

@@ -5,8 +5,7 @@ use crate::material::Elastic;
 use crate::math::SymTensor;
 use crate::mesh::{CellCut, Locator};
 use crate::pfem2::Pfem2;
-use crate::pfem2::interface::phase_list::Phase;
-use crate::pfem2::interface::{CutGeometry, Medium, is_cut};
+use crate::pfem2::cut_element::{CutGeometry, Medium, is_cut};
 use crate::pfem2::particle_solids::averages::ElementSums;
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::element::SplitPressure;
@@ -14,6 +13,7 @@ use crate::pfem2::particle_solids::setup::{HeldMeshNodes, ParticleSolidSetup, Ra
 use crate::pfem2::particle_solids::solids::GhostPressures;
 use crate::pfem2::particle_solids::strain_rate::{deviatoric_rate, gradient};
 use crate::pfem2::particle_solids::stress::SolvedFlow;
+use crate::pfem2::phases::phase_list::Phase;
 use crate::pfem2::solid::setup::Plane;
 use crate::simulation::Solver;
 use std::collections::BTreeMap;

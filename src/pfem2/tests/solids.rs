@@ -6,8 +6,8 @@ use crate::math::SymTensor;
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::setup::{HeldNodes, Inertia, SolidSetup, SurfaceCondition, SurfaceTraction};
+use crate::pfem2::solid::step_results::SolidStep;
 use crate::pfem2::solid::structure::Structure;
-use crate::pfem2::solid::tracking::SolidStep;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
 

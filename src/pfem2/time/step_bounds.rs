@@ -1,8 +1,8 @@
 //! Bounds of the step by waves on interfaces and by the flow (theory H.6–H.8).
 
 use super::step_control::StepControl;
+use crate::pfem2::balance::EnergyBalance;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::report::balance::EnergyBalance;
 use crate::pfem2::theta_step::Scheme;
 
 /// Part of the bound by capillary waves that an automatic step takes. At the bound a drop of water of ten elements in

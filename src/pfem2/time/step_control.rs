@@ -31,10 +31,10 @@
 //!
 //! The reasons, and the numbers, are in theory H.2–H.5.
 
-use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::history::TimeHistory;
 use crate::pfem2::solid::structure::Structure;
 use bytemuck::{Pod, Zeroable};
 

@@ -12,9 +12,9 @@ use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::BoundarySetup;
+use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particles::{Particles, lattice};
-use crate::pfem2::setup::FluidSetup;
 
 /// Most fluids: particles keep the number of theirs in a byte.
 const MOST_FLUIDS: usize = 256;

@@ -11,7 +11,7 @@ use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
-use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;

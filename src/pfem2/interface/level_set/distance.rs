@@ -17,8 +17,8 @@
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
+use crate::pfem2::cut_element::{facets, is_cut};
 use crate::pfem2::interface::outline::size;
-use crate::pfem2::interface::{facets, is_cut};
 use crate::pfem2::particles::interpolate;
 
 /// Relative differences of lengths that are rounding.

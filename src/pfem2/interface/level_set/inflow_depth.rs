@@ -18,7 +18,7 @@ use super::{AGREES, LevelSet, OpenFacet, value};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
-use crate::pfem2::interface::is_cut;
+use crate::pfem2::cut_element::is_cut;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
 

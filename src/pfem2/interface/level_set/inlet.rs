@@ -10,7 +10,7 @@
 
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
-use crate::pfem2::interface::{corners, is_cut};
+use crate::pfem2::cut_element::{corners, is_cut};
 use crate::pfem2::particles::convect::MeshPoint;
 use std::collections::BTreeMap;
 

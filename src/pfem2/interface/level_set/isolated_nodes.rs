@@ -7,8 +7,8 @@
 
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::phase_list::PhaseList;
-use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::phases::Phases;
+use crate::pfem2::phases::phase_list::PhaseList;
 
 /// Part of the mean φ of its neighbours that a node takes when it changes sides: small enough not to move the
 /// interface, large enough that a small shift of φ doesn't flip the node again.

@@ -44,10 +44,10 @@ pub use volume::{negative_volume, shift_to_volume};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
 use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
+use crate::pfem2::phases::FluidRegion;
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one
 /// only, what the farther ones lose of a curve came back through slopes, and capillary waves grew.

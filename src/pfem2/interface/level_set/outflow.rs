@@ -16,7 +16,7 @@
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
-use crate::pfem2::interface::{is_cut, split};
+use crate::pfem2::cut_element::{is_cut, split};
 use crate::pfem2::particles::convect::MeshPoint;
 
 /// Parts of a step: φ is a distance up to five elements from the interface, and a step may carry it that far.

@@ -12,7 +12,7 @@
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::FluidRegion;
+use crate::pfem2::phases::FluidRegion;
 
 /// Nodes per piece of a parallel loop.
 const PIECE: usize = 64;

@@ -7,8 +7,8 @@
 use super::OpenFacet;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
+use crate::pfem2::phases::FluidRegion;
 use std::collections::BTreeSet;
 
 /// Part of φ, with the other sign, that a reverted node keeps: small enough not to move the interface, large enough

@@ -7,7 +7,7 @@
 //! stay, and it shows itself again where a node outside sees them or it is thicker.
 
 use crate::mesh::Mesh;
-use crate::pfem2::interface::FluidRegion;
+use crate::pfem2::phases::FluidRegion;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Part of the fluid in the elements of its nodes below which a film is none.

@@ -1,7 +1,7 @@
 //! The volume where a nodal level set is negative, and the shift that gives it a wanted value (theory (G.7)).
 
 use crate::parallel;
-use crate::pfem2::interface::FluidRegion;
+use crate::pfem2::phases::FluidRegion;
 
 /// Volume of the fluids where φ is negative [m³]; area [m²] in 2D.
 pub fn negative_volume<const D: usize, const N: usize>(region: &FluidRegion<D, N>, level: &[f64]) -> f64 {

@@ -1,8 +1,8 @@
 //! Trajectories against closed forms and against the exact velocity integrated by other means.
 
 use super::*;
-use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::correct::{Correction, Flying};
+use crate::pfem2::phases::FluidRegion;
 use std::f64::consts::{PI, TAU};
 
 const OPEN: [BoundaryKind; 1] = [BoundaryKind::Outlet];

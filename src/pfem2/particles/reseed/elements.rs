@@ -14,10 +14,10 @@
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::phase_list::Reseeding;
-use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::interpolate_nodal;
+use crate::pfem2::phases::Phases;
+use crate::pfem2::phases::phase_list::Reseeding;
 
 /// Most particles in an element.
 pub(super) const fn most<const D: usize>() -> usize {
@@ -99,7 +99,7 @@ fn fluids<const N: usize>(places: &[[f64; N]], nodes: &[u32; N], phases: &Phases
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pfem2::interface::phase_list::PhaseList;
+    use crate::pfem2::phases::phase_list::PhaseList;
 
     #[test]
     fn places_lie_inside_and_are_as_many_as_in_the_source() {

@@ -27,7 +27,7 @@ use super::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::phase_list::{PhaseList, Reseeding};
+use crate::pfem2::phases::phase_list::{PhaseList, Reseeding};
 
 /// Differences of shape functions, and relative ones of distances, that are rounding.
 const ROUNDING: f64 = 1e-9;

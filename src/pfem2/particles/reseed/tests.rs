@@ -3,9 +3,9 @@
 use super::*;
 use crate::mesh::CellCut;
 use crate::pfem2::boundary::BoundaryKind;
-use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particles::convect::Flow;
+use crate::pfem2::phases::FluidRegion;
 use std::f64::consts::PI;
 
 #[test]

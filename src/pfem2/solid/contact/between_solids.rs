@@ -57,7 +57,7 @@ pub struct SolidContacts<const D: usize> {
     starts: BTreeMap<[usize; 2], f64>,
     /// The surface at the start.
     reference: SolidSurface<D>,
-    pub(in crate::pfem2::solid) locator: Locator<D>,
+    pub(in crate::pfem2) locator: Locator<D>,
     /// Size of the elements of the fluid's mesh at its nodes [m].
     sizes: Vec<f64>,
     /// The largest gap [m].
@@ -321,7 +321,7 @@ impl<const D: usize> SolidContacts<D> {
 
     /// The largest distance of the nodes of surfaces from where they were `predicted`, in elements of the mesh there;
     /// both are positions [m].
-    pub(in crate::pfem2::solid) fn largest_error<const N: usize>(
+    pub(in crate::pfem2) fn largest_error<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
         [now, predicted]: [&[Vector<D>]; 2],

@@ -20,7 +20,7 @@ use crate::pfem2::solid::structure::{Prediction, SolidState, Structure};
 use crate::pfem2::solid::surface::SolidSurface;
 
 /// A step is solved anew where an elastic solid comes nearer than the gap by this part of it, and no contact acts.
-pub(in crate::pfem2::solid) const DEPTH: f64 = 0.01;
+pub(in crate::pfem2) const DEPTH: f64 = 0.01;
 
 /// Most searches in a step with the forces of the fluid frozen. After these, the contacts that act follow from the
 /// coupled solutions of the step alone (theory J.8).
@@ -37,7 +37,7 @@ const STOPPED: f64 = 0.1;
 
 /// Contact of the solids of a run, with the contacts of the present step.
 #[derive(Debug)]
-pub(in crate::pfem2::solid) struct StepContacts<const D: usize> {
+pub(in crate::pfem2) struct StepContacts<const D: usize> {
     /// Contact with walls.
     walls: WallContacts<D>,
     /// Contact of solids with each other and with themselves.
@@ -69,7 +69,7 @@ pub(in crate::pfem2) struct ContactForces<const D: usize> {
 }
 
 /// The prediction about which contacts are looked for.
-pub(in crate::pfem2::solid) struct ContactPrediction<'a, const D: usize> {
+pub(in crate::pfem2) struct ContactPrediction<'a, const D: usize> {
     /// The prediction.
     pub prediction: &'a Prediction<D>,
     /// The surface there.
@@ -102,7 +102,7 @@ impl<const D: usize> ContactLists<D> {
 
 impl<const D: usize> ContactForces<D> {
     /// No forces.
-    pub(in crate::pfem2::solid) fn none(structure: &Structure<D>, contacts: &StepContacts<D>) -> Self {
+    pub(in crate::pfem2) fn none(structure: &Structure<D>, contacts: &StepContacts<D>) -> Self {
         Self {
             walls: vec![Vector::ZERO; structure.node_count() + structure.facet_count()],
             solids: vec![Vector::ZERO; contacts.solids.count()],

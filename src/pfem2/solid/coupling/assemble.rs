@@ -22,8 +22,8 @@ use super::trace::TracePoint;
 use super::walls::wall_facets;
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
-use crate::pfem2::equations::element::{Equations, Stabilisation};
-use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, surface_tension};
+use crate::pfem2::cut_element::{Enrichment, Medium, SubSimplex, at_corners, surface_tension};
+use crate::pfem2::element::{Equations, Stabilisation};
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint};
 
 /// A cut element, its points of the surface, and all cut points.

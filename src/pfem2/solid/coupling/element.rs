@@ -4,7 +4,7 @@
 use super::trace::TracePoint;
 use super::walls::WallShare;
 use crate::math::{Tensor, Vector};
-use crate::pfem2::equations::element::{Block, Content};
+use crate::pfem2::element::{Block, Content};
 use crate::pfem2::solid::cut::{CutPoint, VelocityShares};
 
 /// Equations of the fluid part of a cut element, in the unknowns of its nodes and of the nodes of solids.

@@ -18,7 +18,7 @@ use super::fluid_part::{FluidPart, PartGeometry};
 use super::walls::wall_facets;
 use crate::math::Vector;
 use crate::math::dense::inverse_of_semidefinite;
-use crate::pfem2::equations::element::{Equations, Stabilisation};
+use crate::pfem2::element::{Equations, Stabilisation};
 
 /// A row of K_es, or a column of K_se, in the unknowns of an element.
 struct EnrichedRow<const D: usize, const N: usize> {

@@ -2,8 +2,8 @@
 
 use crate::math::Vector;
 use crate::mesh::{Mesh, Simplex};
-use crate::pfem2::equations::element::{Drive, Mass};
-use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, sides};
+use crate::pfem2::cut_element::{Enrichment, Medium, SubSimplex, at_corners, sides};
+use crate::pfem2::element::{Drive, Mass};
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint, FluidSimplex, Vertex};
 
 /// Filling of the fluid part of a cut element.

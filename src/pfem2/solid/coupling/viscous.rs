@@ -4,9 +4,9 @@
 use super::fluid_part::{PartGeometry, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use crate::pfem2::equations::element::viscous_forces;
-use crate::pfem2::equations::shear::shear_rate;
-use crate::pfem2::interface::Medium;
+use crate::pfem2::cut_element::Medium;
+use crate::pfem2::element::shear::shear_rate;
+use crate::pfem2::element::viscous_forces;
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint};
 
 /// Viscous force on each node of an element [N], and its share of the mass of the fluid there [kg].

@@ -10,7 +10,7 @@
 
 use super::fluid_part::PartGeometry;
 use crate::math::Vector;
-use crate::pfem2::interface::{at_corners, sides};
+use crate::pfem2::cut_element::{at_corners, sides};
 
 /// Shape functions of less than this are those of places on a facet.
 const ROUND_OFF: f64 = 1e-12;

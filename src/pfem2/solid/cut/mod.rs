@@ -35,7 +35,7 @@ use super::surface::{NodeWeights, SolidSurface};
 use crate::math::Vector;
 use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
-use crate::pfem2::interface::share;
+use crate::pfem2::cut_element::share;
 pub use cut_point::{CutPoint, VelocityShares};
 use cut_point::{LEAST_EDGE_SHARE, cut_point, smallest_element};
 use hashbrown::HashMap;

@@ -17,7 +17,7 @@ use super::equations::IndependentInertia;
 use super::setup::PrescribedMotion;
 use crate::linalg::SparseMatrix;
 use crate::math::{Signal, Tensor, Vector};
-use crate::pfem2::time::history::StepShares;
+use crate::pfem2::history::StepShares;
 pub use freedom::{Contradiction, Freedom, RigidRates};
 pub use state::{RigidPrediction, RigidState};
 use std::ops::Range;

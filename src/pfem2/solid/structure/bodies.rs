@@ -21,7 +21,7 @@ pub struct SolidBody<'a, const D: usize> {
 
 /// Powers on solids [W].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(in crate::pfem2::solid) struct SolidPowers {
+pub(in crate::pfem2) struct SolidPowers {
     /// Power of gravity.
     pub gravity: f64,
     /// Power of supports, contacts and loads, less that of damping.
@@ -29,7 +29,7 @@ pub(in crate::pfem2::solid) struct SolidPowers {
 }
 
 /// The solution of a step.
-pub(in crate::pfem2::solid) struct SolvedStep<'a, const D: usize> {
+pub(in crate::pfem2) struct SolvedStep<'a, const D: usize> {
     /// Equations of the solids.
     pub equations: &'a SolidEquations,
     /// Velocities of all nodes, axis by axis [m/s].
@@ -119,7 +119,7 @@ impl<const D: usize> Structure<D> {
 
     /// Powers at the end of a step. Supports, contacts and loads give what the equations lack of the forces
     /// of the fluid.
-    pub(in crate::pfem2::solid) fn powers(
+    pub(in crate::pfem2) fn powers(
         &self,
         step: ThetaStep,
         prediction: &Prediction<D>,

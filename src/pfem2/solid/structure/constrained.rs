@@ -4,10 +4,10 @@ use super::Structure;
 use super::state::{Prediction, SolidState};
 use crate::error::{Place, StepError};
 use crate::math::{Tensor, Vector};
+use crate::pfem2::history::StepShares;
 use crate::pfem2::solid::equations::IndependentInertia;
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 use crate::pfem2::solid::rigid::{Contradiction, HeldAxis, RigidBody, RigidLoad, RigidPrediction, RigidState};
-use crate::pfem2::time::history::StepShares;
 
 /// Entries of a row of T, and its v̄ [m/s].
 type VelocityRow = (Vec<(u32, f64)>, f64);

@@ -75,7 +75,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The increment from u* to a displacement of each node [m].
-    pub(in crate::pfem2::solid) fn increment_from_prediction(
+    pub(in crate::pfem2) fn increment_from_prediction(
         &self,
         prediction: &Prediction<D>,
         to: impl Fn(usize) -> Vector<D>,

@@ -271,7 +271,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// True for nodes of solids that aren't rigid.
-    pub(in crate::pfem2::solid) fn is_elastic(&self, node: u32) -> bool {
+    pub(in crate::pfem2) fn is_elastic(&self, node: u32) -> bool {
         let solid = self.first.partition_point(|&first| first <= node) - 1;
         self.setups.get(solid).is_some_and(|setup| !setup.law.is_rigid())
     }
@@ -294,12 +294,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// Adds a block to the rows of node `row` and the columns of node `column`.
-    pub(in crate::pfem2::solid) fn add_block(
-        &self,
-        matrix: &mut SparseMatrix,
-        (row, column): (u32, u32),
-        block: &Tensor<D>,
-    ) {
+    pub(in crate::pfem2) fn add_block(&self, matrix: &mut SparseMatrix, (row, column): (u32, u32), block: &Tensor<D>) {
         let own = self.mass.row(row as usize);
         let Some(entry) = self.mass.entry(row as usize, column as usize) else { return };
         for i in 0..D {
@@ -330,7 +325,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The product of a matrix with the sparsity pattern of the equations and a nodal vector.
-    pub(in crate::pfem2::solid) fn product(&self, matrix: &SparseMatrix, x: &[Vector<D>]) -> Vec<Vector<D>> {
+    pub(in crate::pfem2) fn product(&self, matrix: &SparseMatrix, x: &[Vector<D>]) -> Vec<Vector<D>> {
         let x: Vec<f64> = x.iter().flat_map(|x| x.0).collect();
         let mut rows = vec![0.0; x.len()];
         matrix.multiply(&x, &mut rows);
@@ -354,7 +349,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The zero matrix with the sparsity pattern of the equations.
-    pub(in crate::pfem2::solid) fn zero_matrix(&self) -> SparseMatrix {
+    pub(in crate::pfem2) fn zero_matrix(&self) -> SparseMatrix {
         self.mass.zero_blocks(D)
     }
 }

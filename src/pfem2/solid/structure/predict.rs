@@ -4,7 +4,7 @@ use super::constrained::held_axes;
 use super::{Prediction, SolidState, Structure};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::pfem2::time::history::StepShares;
+use crate::pfem2::history::StepShares;
 
 impl<const D: usize> Structure<D> {
     /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻²
@@ -54,12 +54,7 @@ impl<const D: usize> Structure<D> {
 
     /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead
     /// elastic solids, with their bonds; rigid ones stay where they were predicted.
-    pub(in crate::pfem2::solid) fn corrected(
-        &self,
-        delta: f64,
-        prediction: &Prediction<D>,
-        w: &[f64],
-    ) -> Prediction<D> {
+    pub(in crate::pfem2) fn corrected(&self, delta: f64, prediction: &Prediction<D>, w: &[f64]) -> Prediction<D> {
         let nodal = prediction.velocities.nodal(w);
         let mut displacement = prediction.displacement.clone();
         for node in (0..self.node_count()).filter(|&node| self.is_elastic(node as u32)) {

@@ -10,9 +10,9 @@ use super::*;
 use crate::linalg::SparseFactor;
 use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
+use crate::pfem2::history::StepShares;
 use crate::pfem2::solid::mesh::SolidFacet;
 use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, PrescribedMotion, SurfaceTraction};
-use crate::pfem2::time::history::StepShares;
 
 /// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes
 /// with `fixed` places are held along all axes.

@@ -19,7 +19,7 @@ use crate::case::resolution::{MeshSizes, PathResolution};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::boundary::BoundarySetup;
-use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;
