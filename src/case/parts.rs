@@ -48,7 +48,8 @@ pub struct BodySpec {
     pub restitution: Option<f64>,
     /// Condition of the fluid on the surface of a solid of `method = "pfem2"`. Default: it glides along elastic solids
     /// beside which elements are wider than half the layer that the solid slows down in its longest period, in the
-    /// stream from inlets, and, if nothing holds it, in the whole run, and sticks to the others; `lateen check` says where it glides.
+    /// stream from inlets, and, if nothing holds it, in the whole run, likewise along rigid ones between two fluids
+    /// without inlets, and sticks to the others; `lateen check` says where it glides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceSpec>,
     /// A place about which the force of the fluid on a solid of `method = "pfem2"` has a moment, in the history of the

@@ -310,6 +310,15 @@ on = "rest"
     };
     let glides = edited(case, "2000 kg/m^3\" }", "2000 kg/m^3\" }\nsurface = \"slip\"");
     assert!(sticks(case) && !sticks(&edited(case, "1e-3 Pa s", "1e3 Pa s")) && !sticks(&glides));
+    // Between two fluids water glides along it by itself, unless it comes in somewhere.
+    let air = "[[body]]\nname = \"air\"\nregion = { shape = \"box\", lower = [-1, -1, -1], upper = [2, 2, 2] }\n\
+               material = { law = \"newtonian\", density = \"1 kg/m^3\", viscosity = \"1e-5 Pa s\" }\n[[boundary]]";
+    let two = edited(&edited(case, "upper = [2, 2, 2]", "upper = [2, 2, 0.5]"), "[[boundary]]", air);
+    let notes = model_of(&two).unwrap_or_else(|found| panic!("{found:#?}")).summary.notes;
+    assert!(notes.iter().any(|note| note.contains("water glides along `part`")), "{notes:?}");
+    let inlet = "[[boundary]]\non = \"left\"\nkind = \"inlet\"\nvelocity = [\"1 m/s\", 0, 0]\n[[boundary]]\non = \"right\"\nkind = \"outlet\"\n\
+                 [[boundary]]";
+    assert!(sticks(&edited(&two, "[[boundary]]", inlet)));
     let rubber = "law = \"neo-hookean\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
     let refused = |text: &str, message: &str, help: &str| {
         let Err(found) = model_of(text) else { panic!("{message}") };

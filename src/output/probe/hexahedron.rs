@@ -1,6 +1,6 @@
 //! The point of a hexahedron that is nearest to a place.
 
-use super::place::{blend, in_quadrilateral};
+use super::simple_elements::{blend, in_quadrilateral};
 use crate::math::Vector;
 use crate::math::dense::solve;
 use crate::simulation::SIDES_OF_HEXAHEDRON;

@@ -5,6 +5,7 @@ mod hexahedron;
 mod impulse;
 mod place;
 mod reduce;
+mod simple_elements;
 mod spec;
 
 pub use spec::{ProbeAxis, ProbeSpec, Reduction, Within};
