@@ -11,6 +11,7 @@ use super::{Case, CaseFile, Method, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::{KernelKind, MembraneSetup, Setup, StressUpdate, Transfer};
+use crate::output::picture::unseen_cut;
 use crate::output::{Picture, Probe, UnitLabels};
 use crate::simulation::{LEAST_STEPS, Snapshot};
 use std::path::Path;
@@ -282,12 +283,14 @@ fn outside(key: &str, at: &[f64], [lower, upper]: [[f64; 3]; 2]) -> Option<Diagn
     Some(Diagnostic::error(format!("{key}.at"), message).help(help))
 }
 
-/// Checks that pictures find their parts and fields.
+/// Checks that pictures find their parts and fields, and that cuts show something.
 pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3]; 2], findings: &mut Vec<Diagnostic>) {
     let nowhere = Path::new("");
     for (i, spec) in file.picture.iter().enumerate() {
         let key = format!("picture[{i}]");
-        let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0);
-        findings.extend(picture.err());
+        match Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0) {
+            Ok(_) => findings.extend(unseen_cut(spec, &key, initial)),
+            Err(finding) => findings.push(finding),
+        }
     }
 }

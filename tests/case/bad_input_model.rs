@@ -501,6 +501,30 @@ fn a_refinement_too_far_from_the_mesh_to_change_it_is_warned_of() {
     }
 }
 
+/// The plane hides what lies where its normal points to; `view` points to the camera.
+#[test]
+fn cuts_that_hide_everything_or_face_away_are_warned_of() {
+    let picture = |cut: &str| format!("{POINTS}[[picture]]\nname = \"p\"\n{cut}\n");
+    let space = |cut: &str| {
+        let text = picture(cut).replace("dimension = 2", "dimension = 3").replace("[0, 0]", "[0, 0, 0]");
+        let text = text.replace("[1, 1]", "[1, 1, 1]").replace("[0.1, 0.1]", "[0.1, 0.1, 0.1]");
+        text.replace("[0.4, 0.4]", "[0.4, 0.4, 0.4]").replace("[0.6, 0.6]", "[0.6, 0.6, 0.6]")
+    };
+    let flat = "cut = { at = [0.3, 0, 0], normal = [1, 0, 0] }";
+    warned(&picture(flat), "the picture is empty");
+    warned(&space(flat), "the picture is empty");
+    warned(&space("cut = { at = [0, 0.5, 0], normal = [0, 1, 0] }\nview = [0, -1, 0]"), "can't be seen");
+    warned(&space("cut = { at = [0, 0.5, 0], normal = [0, 1, 0] }"), "can't be seen");
+    for seen in [
+        "cut = { at = [0, 0.5, 0], normal = [0, -1, 0] }",
+        "cut = { at = [0, 0.5, 0], normal = [0, 1, 0] }\nview = [0, 1, 0]",
+    ] {
+        assert!(model(&space(seen)).unwrap().warnings.is_empty(), "{:#?}", model(&space(seen)).unwrap().warnings);
+    }
+    let whole = picture("cut = { at = [0.5, 0, 0], normal = [1, 0, 0] }");
+    assert!(model(&whole).unwrap().warnings.is_empty(), "{:#?}", model(&whole).unwrap().warnings);
+}
+
 #[test]
 fn empty_pictures_and_absurd_output_intervals_are_errors() {
     let picture = format!("{POINTS}[[picture]]\nname = \"p\"\nof = []\n");

@@ -2,6 +2,9 @@
 
 use crate::math::Vector;
 
+/// Direction to the camera in space, where a picture doesn't say.
+pub(super) const STANDARD_VIEW: [f64; 3] = [1.0, -2.0, 0.8];
+
 /// From metres to pixels of the (supersampled) image.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Camera {

@@ -12,8 +12,10 @@ mod raster;
 mod scene;
 mod skin;
 mod spec;
+mod unseen;
 
 pub use spec::{CutSpec, FrameSpec, FrameWord, MeshLines, PictureSpec};
+pub use unseen::unseen_cut;
 
 use super::atomic::create_directory;
 use super::component::Component;
@@ -25,7 +27,7 @@ use super::ticks::{Shown, Ticks};
 use crate::error::{Diagnostic, Error, Result};
 use crate::simulation::{Monitor, Snapshot};
 use annotate::{Notes, annotate};
-use camera::{Camera, Seen};
+use camera::{Camera, STANDARD_VIEW, Seen};
 use light::Lamps;
 use raster::{Buffer, Finish, ImplicitSolid, Outlook, Primitive};
 use scene::Scene;
@@ -100,7 +102,7 @@ impl Picture {
         let [width, height] = spec.size.map(|pixels| f64::from(pixels) * SUPERSAMPLING as f64);
         let [left, top, right, bottom] = annotate::margins(spec.field.is_some()).map(|margin| margin * pixel);
         let flat = initial.dimension == 2;
-        let view = spec.view.unwrap_or(if flat { [0.0, 0.0, 1.0] } else { [1.0, -2.0, 0.8] });
+        let view = spec.view.unwrap_or(if flat { [0.0, 0.0, 1.0] } else { STANDARD_VIEW });
         let up = spec.up.unwrap_or(if flat { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] });
         let camera = Camera::new(view, up, frame, [left, top, width - right, height - bottom]);
         let moved = spec.field.as_deref() == Some("displacement");
