@@ -27,12 +27,13 @@ pub fn unseen_cut(spec: &PictureSpec, key: &str, initial: &Snapshot<'_>) -> Opti
     Some(Diagnostic::warning(format!("{key}.cut"), message).help(help))
 }
 
-/// True if a cut hides all particles, or a node of each element.
+/// True if a cut hides all particles, or a node of each element, of a set that has some.
 fn hides_all(cut: &CutSpec, set: Set<'_>) -> bool {
     match set {
-        Set::Points(set) => set.position.iter().all(|x| cut.hides(x)),
+        Set::Points(set) => !set.position.is_empty() && set.position.iter().all(|x| cut.hides(x)),
         Set::Surface(set) => {
-            set.elements.iter().all(|nodes| nodes.iter().any(|&node| cut.hides(&set.position[node as usize])))
+            let hidden = |nodes: &&[u32]| nodes.iter().any(|&node| cut.hides(&set.position[node as usize]));
+            !set.elements.is_empty() && set.elements.iter().all(hidden)
         }
     }
 }
