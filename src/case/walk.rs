@@ -243,8 +243,9 @@ impl<'a> Walker<'a> {
         if names.iter().any(|name| name == text) {
             return Some(toml::Value::String(text.to_owned()));
         }
-        let nearest = nearest(text, names.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"));
-        self.note(node, key, format!("unknown name `{text}`; expected one of {}", list(names)), nearest);
+        let meant = nearest(text, names.iter().map(String::as_str)).or_else(|| synonym(text, names));
+        let help = meant.map(|name| format!("did you mean `{name}`?"));
+        self.note(node, key, format!("unknown name `{text}`; expected one of {}", list(names)), help);
         None
     }
 
@@ -287,6 +288,21 @@ pub(super) fn nearest<'n>(text: &str, names: impl Iterator<Item = &'n str>) -> O
     let distance = |name: &str| strsim::damerau_levenshtein(&text.to_lowercase(), &name.to_lowercase());
     let close = |name: &&str| distance(name) <= (text.chars().count() / 3).max(1);
     names.filter(close).min_by_key(|name| distance(name))
+}
+
+/// Names of a case file, and others for the same.
+const SYNONYMS: [(&str, &[&str]); 5] = [
+    ("sphere", &["ball", "circle", "disc", "disk"]),
+    ("box", &["block", "brick", "cube", "cuboid", "rectangle", "square"]),
+    ("cylinder", &["pipe", "rod", "tube"]),
+    ("polygon", &["triangle", "trapezoid", "wedge"]),
+    ("surface", &["mesh", "obj", "stl"]),
+];
+
+/// The known name of what another name is for.
+fn synonym<'n>(text: &str, names: &'n [String]) -> Option<&'n str> {
+    let (meant, _) = SYNONYMS.iter().find(|(_, others)| others.contains(&text.to_lowercase().as_str()))?;
+    names.iter().map(String::as_str).find(|name| name == meant)
 }
 
 /// Alternatives within alternatives become alternatives.

@@ -155,7 +155,7 @@ fn an_unknown_name_of_a_law_shape_or_wall_is_an_error_that_lists_the_known_ones(
         "unknown name `flud`; expected one of `fluid`, `hypoelastic`",
         "did you mean `fluid`?",
     );
-    expect("shape = \"sphere\"", "shape = \"ball\"", "\"ball\"", "unknown name `ball`", "");
+    expect("shape = \"sphere\"", "shape = \"Ball\"", "\"Ball\"", "unknown name `Ball`", "did you mean `sphere`?");
     expect(
         "left = \"slip\"",
         "left = \"slipp\"",
