@@ -210,7 +210,10 @@ pub enum Measure {
 
 /// Reference of a check.
 #[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or a list of curves: [{ file = \"reference.csv\", x = \"t\", y = \"u\" }]"
+)]
 pub enum Reference {
     /// A number.
     Number(f64),

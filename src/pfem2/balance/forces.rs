@@ -143,11 +143,19 @@ impl<const D: usize> BoundaryForces<D> {
         let elements = system.elements(convected);
         let (mut force, mut power) = (Vector::<D>::ZERO, 0.0);
         let mut loads = vec![Vector::ZERO; velocity.len()];
-        boundary.load(mesh, step.end(), |node, traction| {
-            force += traction;
-            power += traction.dot(velocity[node]);
-            loads[node] += traction;
-        });
+        boundary.load(
+            mesh,
+            step.end(),
+            |element| system.is_whole(element),
+            |node, traction| {
+                force += traction;
+                power += traction.dot(velocity[node]);
+                loads[node] += traction;
+            },
+        );
+        let beside_solids = action_of_openings_beside_solids(system);
+        force += beside_solids.force;
+        power += beside_solids.power;
         let on_part = |part: &BoundaryPart<D>| part.action(&elements, &loads, &system.linear.unknowns);
         let mut reactions: Vec<_> = self.parts.iter().map(on_part).collect();
         self.add_feet(system, &mut reactions);
@@ -205,6 +213,22 @@ impl<const D: usize> BoundaryPart<D> {
             power: sum.power + own.power,
         })
     }
+}
+
+/// Force and power of the tractions on the openings that solids meet (theory (J.9d)).
+fn action_of_openings_beside_solids<const D: usize, const N: usize>(
+    system: &VelocityPressureSystem<D, N>,
+) -> BoundaryAction<D> {
+    let mut sum = BoundaryAction { force: Vector::ZERO, power: 0.0 };
+    let Some(immersed) = &system.immersed else { return sum };
+    for own in &immersed.elements {
+        let nodes = &system.mesh.elements()[own.element as usize];
+        let of_node = |i: usize| system.velocity[nodes[i] as usize];
+        let (force, power) = own.action_of_openings(of_node, |a| immersed.velocity_of(a as usize));
+        sum.force += force;
+        sum.power += power;
+    }
+    sum
 }
 
 /// Adds the tractions μ (∇v)ᵀ n + ½ρ (v·n)₋ v of the open facets to the nodal forces [N].

@@ -3,12 +3,17 @@
 //! ```text
 //! kinetic      ½ Σ_e Σ_i m_i |v_i|²
 //! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x   in a closed box whose fluids keep their volumes, b steady and uniform
-//!              Δt Σ m_i b_i·v_i                           elsewhere
+//!              Δt Σ m_i b_i·(v_i + ũ_e)                   elsewhere
 //! boundaries   Δt Σ (traction and support)·v_i
 //! openings     −Δt ∮ ½ρ |v|² v·n                        (see `through`)
 //! viscous      what the step takes                      (see `dissipation`)
 //! surface      σ A
 //! ```
+//!
+//! In elements that solids cut, i are the nodes and the cut points, with the masses of the simplices of the fluid part.
+//!
+//! The mass is moved by v + ũ, theory F.7.4: gravity and the pressure that balances it do nothing together, as they
+//! would not with v alone.
 //!
 //! The first form of gravity's work is what the fluids have lost of potential energy where they are now: interfaces
 //! that run ahead of the velocity, or behind it, show in the ledger. The second would not see them.
@@ -23,6 +28,7 @@ use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::history::StepShares;
+use crate::pfem2::solid::coupling::immersed::PointMass;
 use crate::simulation::TermKind::{Gain, Loss, Remainder, Stored};
 use crate::simulation::{BalanceTerm, CompensatedSum, Ledger, Record};
 use bytemuck::{Pod, Zeroable};
@@ -53,22 +59,34 @@ impl FlowTotals {
         parallel::reduce(system.contents.elements.len(), chunk, Self::plus).unwrap_or_default()
     }
 
+    /// The totals of an element: of its masses at its nodes, and at cut points where a solid cuts it, between which the
+    /// velocity isn't that of the nodes. Its subscale moves its mass, too.
     fn of_element<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>, e: usize) -> Self {
-        let content = &system.contents.elements[e];
         let nodes = system.mesh.elements()[e].map(|node| node as usize);
-        let velocity = nodes.map(|i| system.velocity[i]);
-        let mut totals = Self::default();
-        let [mut momentum, mut weight, mut moment] = [Vector::<D>::ZERO; 3];
-        for ((m, v), i) in content.mass.iter().zip(&velocity).zip(nodes) {
-            totals.mass += m;
-            totals.kinetic += 0.5 * m * v.norm_squared();
-            moment += system.mesh.nodes()[i] * *m;
-            momentum += *v * *m;
-            weight += system.force[i] * *m;
-            totals.gravity += m * system.force[i].dot(*v);
-        }
-        (totals.momentum, totals.weight, totals.moment) = (momentum.to3(), weight.to3(), moment.to3());
+        let force = nodes.iter().map(|&i| system.force[i]).sum::<Vector<D>>() / N as f64;
+        let cut = system.immersed.as_ref().and_then(|immersed| immersed.masses(&system.mesh, e, &system.velocity));
+        let mut totals = match cut {
+            Some(masses) => masses.fold(Self::default(), |sum, own| sum.plus(Self::of_mass(&own, force))),
+            None => nodes.iter().zip(system.contents.elements[e].mass).fold(Self::default(), |sum, (&i, mass)| {
+                let own = PointMass { mass, position: system.mesh.nodes()[i], velocity: system.velocity[i] };
+                sum.plus(Self::of_mass(&own, system.force[i]))
+            }),
+        };
+        totals.gravity += totals.mass * force.dot(system.subscales.velocity(e));
         totals
+    }
+
+    /// The totals of a mass under a body force [m/s²].
+    fn of_mass<const D: usize>(own: &PointMass<D>, force: Vector<D>) -> Self {
+        let &PointMass { mass, position, velocity } = own;
+        Self {
+            mass,
+            momentum: (velocity * mass).to3(),
+            weight: (force * mass).to3(),
+            kinetic: 0.5 * mass * velocity.norm_squared(),
+            moment: (position * mass).to3(),
+            gravity: mass * force.dot(velocity),
+        }
     }
 
     fn plus(self, other: Self) -> Self {

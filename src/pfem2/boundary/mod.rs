@@ -183,10 +183,23 @@ impl<const D: usize> Boundary<D> {
         bits
     }
 
-    /// Adds the loads of tractions and pressures at time `t` to the nodal forces [N].
-    pub fn load<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64, mut add: impl FnMut(usize, Vector<D>)) {
+    /// The traction at a place of a facet at time `t` [Pa].
+    pub fn traction<const N: usize>(&self, mesh: &Mesh<D, N>, facet: Facet, x: Vector<D>, t: f64) -> Vector<D> {
+        let set = self.set_of(mesh, facet).zip(mesh.facet_area(facet).normalized());
+        set.and_then(|(set, n)| self.sets[set].condition.traction(x, n, t)).unwrap_or_default()
+    }
+
+    /// Adds the loads of tractions and pressures at time `t` on the facets of elements that `takes` to the nodal
+    /// forces [N].
+    pub fn load<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        t: f64,
+        takes: impl Fn(u32) -> bool,
+        mut add: impl FnMut(usize, Vector<D>),
+    ) {
         for set in &self.sets {
-            for &facet in &set.facets {
+            for &facet in set.facets.iter().filter(|facet| takes(facet.element)) {
                 let area = mesh.facet_area(facet);
                 let Some(n) = area.normalized() else { continue };
                 let nodes = mesh.facet_nodes(facet);
@@ -303,16 +316,21 @@ mod tests {
         let mesh = disc(9);
         let sets = vec![set("rim", mesh.boundary().to_vec(), Condition::Pressure(7.0.into()))];
         let mut net = Vector::ZERO;
-        Boundary::new(&mesh, sets, Vector::ZERO).load(&mesh, 0.0, |_, force| net += force);
+        Boundary::new(&mesh, sets, Vector::ZERO).load(&mesh, 0.0, |_| true, |_, force| net += force);
         assert!(net.norm() < 1e-13);
         let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([1.0; 2]), [3, 1]).unwrap();
         let traction = Condition::Traction([0.0.into(), Signal::formula("x").unwrap()]);
         let sets = vec![set("top", facets(&mesh, |x| x[1] == 1.0), traction)];
         let (mut force, mut moment) = (0.0, 0.0);
-        Boundary::new(&mesh, sets, Vector::ZERO).load(&mesh, 0.0, |node, f| {
-            force += f[1];
-            moment += f[1] * mesh.nodes()[node][0];
-        });
+        Boundary::new(&mesh, sets, Vector::ZERO).load(
+            &mesh,
+            0.0,
+            |_| true,
+            |node, f| {
+                force += f[1];
+                moment += f[1] * mesh.nodes()[node][0];
+            },
+        );
         assert!((force - 0.5).abs() < 1e-14 && (moment - 1.0 / 3.0).abs() < 1e-14);
     }
 }

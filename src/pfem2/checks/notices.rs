@@ -147,7 +147,7 @@ impl Notices {
             format!(
                 "{:.0} % of the energy at the start went in the first step, because the velocities there don't fit together: a solid that moves in a fluid that \
                  doesn't make way for it, or through a wall, hits it (`numerical dissipation` in `history/balance.csv`); give the fluid a \
-                 `velocity`, too, or begin at rest and push the solid (`loads`)",
+                 `velocity`, too, or begin at rest and push the solid (`traction`)",
                 100.0 * part
             )
         });

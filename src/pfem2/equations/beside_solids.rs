@@ -2,12 +2,14 @@
 
 use super::system::VelocityPressureSystem;
 use crate::math::Vector;
+use crate::mesh::Facet;
 use crate::parallel;
 use crate::pfem2::cut_element::{Enrichment, Medium};
 use crate::pfem2::element::{Content, Drive};
 use crate::pfem2::phases::FluidRegion;
 use crate::pfem2::phases::{Filling, Phases};
 use crate::pfem2::solid::coupling::fluid_part::FluidPart;
+use crate::pfem2::solid::cut::ElementState;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
@@ -28,6 +30,20 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.immersed = Some(immersed);
     }
 
+    /// True for elements that no solid on a mesh of its own cuts or covers.
+    pub(in crate::pfem2) fn is_whole(&self, element: u32) -> bool {
+        self.immersed.as_ref().is_none_or(|immersed| immersed.cut.state[element as usize] == ElementState::Fluid)
+    }
+
+    /// Adds the tractions at time `t` on openings that solids meet to the equations of the elements there.
+    pub(super) fn load_openings_beside_solids(&mut self, t: f64) {
+        let Some(immersed) = &mut self.immersed else { return };
+        for own in &mut immersed.elements {
+            let element = own.element;
+            own.load_openings(|opposite, x| self.boundary.traction(&self.mesh, Facet { element, opposite }, x, t));
+        }
+    }
+
     /// One fluid, or a mixture, in the part of an element that a solid leaves; `content` is that of the whole element.
     fn one_fluid(&self, e: usize, content: &Content<N>, drive: &Drive<D, N>) -> FluidPart<D, N> {
         let density = content.mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
@@ -38,6 +54,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             enrichment: Enrichment::None,
             tension: 0.0,
             walls: self.mesh_data.walls[e],
+            openings: self.mesh_data.openings[e],
             tau: content.tau,
             drive: *drive,
             sources: [drive.forces_of(&self.equations, [true; N]); 2],
@@ -70,6 +87,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             enrichment,
             tension: self.physics.tension_between(pair),
             walls: self.mesh_data.walls[e],
+            openings: self.mesh_data.openings[e],
             tau: self.cut_tau() * self.tau(e, mean),
             drive: *drive,
             sources: sides.map(|own| drive.forces_of(&self.equations, own)),

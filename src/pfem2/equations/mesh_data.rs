@@ -16,6 +16,8 @@ pub struct MeshData {
     pub slip: Vec<u8>,
     /// Facets of each element that fluid doesn't leave through, as bits.
     pub walls: Vec<u8>,
+    /// The other facets of each element on the boundary, as bits.
+    pub openings: Vec<u8>,
     /// True for nodes on the boundary of the mesh.
     pub on_boundary: Vec<bool>,
 }
@@ -28,6 +30,7 @@ impl MeshData {
             open: outflow::open_facets(mesh, boundary),
             slip: slip::slip_facets(mesh, boundary),
             walls: boundary.facet_bits(mesh, |condition| condition.kind() != BoundaryKind::Outlet),
+            openings: boundary.facet_bits(mesh, |condition| condition.kind() == BoundaryKind::Outlet),
             on_boundary: boundary_nodes(mesh),
         }
     }

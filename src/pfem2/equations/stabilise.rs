@@ -18,10 +18,20 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.subscales.dynamic.carry(&self.mesh, &self.mesh_data.size, &self.velocity, step.dt, shares);
     }
 
-    /// Finds the velocity ũ of the subscales that belongs to the solution.
+    /// Finds the velocity ũ of the subscales that belongs to the solution: of those that keep it, and of others where
+    /// the energy balance asks for it, beside solids.
     pub(super) fn find_subscales(&mut self, convected: &[Vector<D>]) {
-        let count = self.subscales.dynamic.velocity.len();
-        self.subscales.dynamic.velocity = parallel::collect(count, 256, |e| self.subscale_velocity(e, convected));
+        let is_dynamic = self.physics.stabilisation == Stabilisation::Dynamic;
+        if !is_dynamic && self.immersed.is_none() {
+            return;
+        }
+        let count = self.mesh.elements().len();
+        let velocity = parallel::collect(count, 256, |e| self.subscale_velocity(e, convected));
+        if is_dynamic {
+            self.subscales.dynamic.velocity = velocity;
+        } else {
+            self.subscales.momentary = velocity;
+        }
     }
 
     /// ũ of an element [m/s]; zero where there is no fluid, or several.
@@ -34,7 +44,10 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let slope =
             (0..N).map(|k| self.mesh.simplex(e).gradient[k] * self.pressure[nodes[k] as usize]).sum::<Vector<D>>();
         let force = self.elements(convected).drive(e, false).forces_of(&self.equations, [true; N]);
-        let inertia = self.mean_acceleration(e, convected);
+        let inertia = match self.physics.stabilisation {
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => self.mean_acceleration(e, convected),
+            Stabilisation::Pspg | Stabilisation::Oss => Vector::ZERO,
+        };
         (force - slope * (content.volume_over_density / volume) - inertia) * content.tau
     }
 

@@ -41,6 +41,8 @@ pub struct Subscales<const D: usize> {
     pub followed: Vec<Vector<D>>,
     /// Subscales with an inertia.
     pub dynamic: DynamicSubscales<D>,
+    /// ũ of subscales without, by element [m/s]; none away from solids.
+    pub momentary: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Subscales<D> {
@@ -48,7 +50,12 @@ impl<const D: usize> Subscales<D> {
     pub fn at_rest<const N: usize>(mesh: &Mesh<D, N>, stabilisation: Stabilisation) -> Self {
         let (nodes, elements) = (vec![Vector::ZERO; mesh.nodes().len()], mesh.elements().len());
         let dynamic = DynamicSubscales::at_rest(if stabilisation == Stabilisation::Dynamic { elements } else { 0 });
-        Self { projected: nodes.clone(), followed: nodes, dynamic }
+        Self { projected: nodes.clone(), followed: nodes, dynamic, momentary: Vec::new() }
+    }
+
+    /// ũ of an element [m/s].
+    pub fn velocity(&self, element: usize) -> Vector<D> {
+        self.dynamic.velocity.get(element).or(self.momentary.get(element)).copied().unwrap_or_default()
     }
 
     /// γ after a step.

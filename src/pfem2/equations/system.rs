@@ -128,6 +128,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.fill(phases, convected);
         let (immersed, particle_solids) = (self.immersed.as_ref(), self.particle_solids.as_ref());
         self.prescribed.update(&self.mesh, step.end(), &self.boundary, immersed, particle_solids);
+        self.load_openings_beside_solids(step.end());
         self.assemble(step, convected);
         self.start_from(convected);
         let dilatation = self.dilatation(phases);
@@ -157,7 +158,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     fn assemble(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         let mut rhs = std::mem::take(&mut self.linear.rhs);
         rhs.fill([0.0; N]);
-        self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));
+        let add = |node: usize, force: Vector<D>| (0..D).for_each(|r| rhs[node][r] += force[r]);
+        self.boundary.load(&self.mesh, step.end(), |element| self.is_whole(element), add);
         let empty = BlockMatrix { pattern: self.linear.assembly.pattern(), values: Vec::new() };
         let mut matrix = std::mem::replace(&mut self.linear.matrix, empty);
         let elements = self.elements(convected);

@@ -1,10 +1,10 @@
 //! The energy ledger against closed forms.
 
 use super::*;
-use crate::material::{Elastic, StVenantKirchhoff};
+use crate::material::{Elastic, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{HeldNodes, SolidSetup};
+use crate::pfem2::solid::setup::{HeldNodes, PrescribedMotion, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
@@ -135,4 +135,42 @@ fn what_draws_a_solid_through_oil_is_lost_to_viscosity() {
     let after = steps(&mut pfem, 20..40);
     let [work, viscous, numerical] = std::array::from_fn(|k| after[k] - before[k]);
     assert!((viscous / work - 1.0).abs() < 0.03, "{viscous} of {work} J, {numerical} J lost to errors");
+}
+
+/// A rigid block that is drawn downward through a closed box of oil, off the lines of the mesh: the pressure at rest is
+/// linear, as the pressure of the mesh is, so that gravity changes neither the flow nor what errors take. It does the
+/// fluid minus the work of Archimedes' force, which the support and gravity on the block have between them.
+#[test]
+fn gravity_changes_nothing_of_what_errors_take_beside_a_solid() {
+    let drawn = |gravity: f64, surface: SurfaceCondition| -> [f64; 4] {
+        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
+        let lower = Vector([0.391, 0.487]);
+        let block = SolidMesh::block(lower, lower + Vector::splat(0.22), [4; 2]).unwrap();
+        let motion = PrescribedMotion {
+            velocity: [Some(0.02.into()), Some((-0.03).into()), None],
+            spin: [None, None, Some(Signal::ZERO)],
+        };
+        let own = SolidSetup::free("block", block, Box::new(Rigid { density: 2.0 }));
+        let pull = [Signal::ZERO, gravity.into()];
+        let oil = Physics { stabilisation: Stabilisation::Dynamic, ..physics(vec![fluid("oil", 1.0, 0.1)], pull) };
+        let sets = vec![set(&mesh, "walls", Condition::wall(), |_| true)];
+        let mut setup = setup(mesh, sets, oil, |_| 0, |_| Vector::ZERO);
+        setup.solids = Some(Structure::new(vec![SolidSetup { motion, surface, ..own }]).unwrap());
+        let mut pfem = Pfem2::new(setup);
+        pfem.begin(0.0, 0.1).unwrap();
+        let mut steps = |range: std::ops::Range<u32>| {
+            range.for_each(|k| pfem.step(f64::from(k) * 0.1, 0.1).unwrap());
+            ["numerical dissipation", "work of gravity", "work of gravity on solids", "viscous dissipation"]
+                .map(|name| term(&pfem, name))
+        };
+        // The fluid has no power at the start of the first step.
+        let (before, after) = (steps(0..5), steps(5..20));
+        std::array::from_fn(|k| after[k] - before[k])
+    };
+    for surface in [SurfaceCondition::NoSlip, SurfaceCondition::Slip] {
+        let ([errors, .., viscous], [own, fluid, solid, own_viscous]) = (drawn(0.0, surface), drawn(-10.0, surface));
+        assert!((own_viscous / viscous - 1.0).abs() < 1e-6, "{own_viscous} {viscous}");
+        assert!((fluid / solid + 0.5).abs() < 1e-4, "{fluid} of {solid}");
+        assert!((own - errors).abs() < 1e-5 * solid, "{own} instead of {errors}, of {solid}");
+    }
 }

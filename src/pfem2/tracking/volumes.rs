@@ -127,13 +127,16 @@ impl<const D: usize> InterfaceTracking<D> {
 ///
 /// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less
 /// than nothing nor more than solids leave of its volume, and a fluid whose last part is gone through an opening holds
-/// nothing, even if the count leaves a rest of it.
+/// nothing, even if the count leaves a rest of it. Fluids that solids part have what these leave them.
 fn volume_to_keep<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     level: &[f64],
     booked: f64,
     open: bool,
 ) -> f64 {
+    if is_within_solids(region, level) {
+        return level_set::negative_volume(region, level);
+    }
     let mesh = region.mesh;
     let alone = level.iter().all(|&level| level < 0.0) || level.iter().all(|&level| level >= 0.0);
     if open && alone {
@@ -144,4 +147,22 @@ fn volume_to_keep<const D: usize, const N: usize>(
         }
     }
     booked.clamp(0.0, region.total())
+}
+
+/// True if solids lie all along the interface: each element with fluid holds one alone, so that no shift would change
+/// its volume.
+fn is_within_solids<const D: usize, const N: usize>(region: &FluidRegion<D, N>, level: &[f64]) -> bool {
+    /// Part of the fluid in an element that counts as none.
+    const ROUND_OFF: f64 = 1e-9;
+    let holds_one = |e: usize| {
+        let own = region.mesh.elements()[e].map(|node| level[node as usize]);
+        if own.iter().all(|&phi| phi < 0.0) || own.iter().all(|&phi| phi >= 0.0) {
+            return true;
+        }
+        let volume = region.volume(e);
+        let inside = || region.negative_volume(e, &own) / volume;
+        let is_pure = |inside: f64| inside.min(1.0 - inside) < ROUND_OFF;
+        volume == 0.0 || volume < region.mesh.simplex(e).volume && is_pure(inside())
+    };
+    region.covered().next().is_some() && (0..region.mesh.elements().len()).all(holds_one)
 }

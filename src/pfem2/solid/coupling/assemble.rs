@@ -19,7 +19,7 @@ use super::element::{CoupledElement, Unknown, VelocityMap, VertexVelocities};
 use super::enriched::enrich;
 use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
 use super::trace::TracePoint;
-use super::walls::wall_facets;
+use super::walls::part_facets;
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
 use crate::pfem2::cut_element::{Enrichment, Medium, SubSimplex, at_corners, surface_tension};
@@ -63,13 +63,14 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let hats: Vec<Vector<D>> = maps.iter().map(hat).collect();
         let positions = own.iter().map(|point| point.position).collect();
         let velocities = VertexVelocities { maps, hats, positions };
-        let parent = mesh.simplex(cut.element as usize);
+        let (parent, corners) = (mesh.simplex(cut.element as usize), mesh.corners(cut.element as usize));
         element.content.tau = fluid.tau;
         let parts = parts(mesh, cut, &own, &fluid.level);
         for part in &parts {
             element.count(parent.volume, part, fluid);
             element.add(&parent.gradient, part, fluid, equations, &velocities);
             element.pull(mesh, part, fluid, &velocities);
+            element.add_openings(part, fluid, &corners, (&velocities.maps, &velocities.positions));
         }
         match fluid.enrichment {
             Enrichment::None => element.add_trace(trace, &velocities.maps),
@@ -86,6 +87,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             let (own, Medium { density, viscosity }) = (part.simplex.volume * piece.share, fluid.medium(piece));
             let center = part.at(&piece.center);
             (0..N).for_each(|k| self.content.mass[k] += own * density * center[k]);
+            let corners = part.vertices.iter().zip(&piece.center);
+            corners.for_each(|(&vertex, share)| self.vertex_mass[vertex] += own * density * share);
             self.content.viscosity += own / volume * viscosity;
             self.content.volume_over_density += own / density;
             for (tied, phi) in self.tied.iter_mut().zip(&fluid.level) {
@@ -186,7 +189,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
 
     /// Adds the walls at which the surface ends (theory (J.9c)).
     fn add_walls(&mut self, part: &PartGeometry<D, N>, fluid: &FluidPart<D, N>, velocities: &VertexVelocities<D>) {
-        for facet in wall_facets(part, fluid.walls) {
+        for facet in part_facets(part, fluid.walls) {
             for (vertex, share) in facet.shares(part, |vertex| velocities.positions[vertex - N]) {
                 for (k, &area) in share.area.iter().enumerate() {
                     self.add_pressure(&velocities.maps[vertex], k, area, area);

@@ -14,12 +14,16 @@ pub struct CoupledElement<const D: usize, const N: usize> {
     pub element: u32,
     /// Content of its fluid part.
     pub content: Content<N>,
+    /// Lumped mass of its fluid part at its nodes and then its cut points [kg].
+    pub vertex_mass: Vec<f64>,
     /// True for nodes whose pressure acts on their own side of an interface somewhere in the fluid part.
     pub tied: [bool; N],
     /// Energy of the interface in it [J].
     pub energy: f64,
     /// Shares of walls beside its cut points.
     pub on_walls: Vec<WallShare<D, N>>,
+    /// Facets of its fluid part at openings.
+    pub openings: Vec<Opening<D>>,
     /// Rows and columns of its nodes.
     pub blocks: [[Block<N>; N]; N],
     /// Right-hand side of its nodes.
@@ -37,7 +41,7 @@ pub struct CoupledElement<const D: usize, const N: usize> {
 }
 
 /// An unknown of an element.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(in crate::pfem2::solid) enum Unknown {
     /// Velocity of a local node.
     Node(usize),
@@ -47,6 +51,21 @@ pub(in crate::pfem2::solid) enum Unknown {
 
 /// Velocity of a vertex by the unknowns that it depends on: v = Σ P v_k.
 pub(in crate::pfem2::solid) type VelocityMap<const D: usize> = Vec<(Unknown, Tensor<D>)>;
+
+/// A facet of the fluid part of a cut element at an opening.
+#[derive(Debug, Clone)]
+pub struct Opening<const D: usize> {
+    /// The facet of the mesh, by the local node opposite to it.
+    pub(super) facet: u32,
+    /// Its area vector [m²], out of the mesh.
+    pub(super) area: Vector<D>,
+    /// Positions of its corners [m].
+    pub(super) positions: [Vector<D>; D],
+    /// Velocities of its corners, by the unknowns of the element.
+    pub(super) velocities: [VelocityMap<D>; D],
+    /// Load at each corner [N].
+    pub(super) loads: [Vector<D>; D],
+}
 
 /// The velocities of the vertices of an element.
 pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
@@ -69,9 +88,11 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         Self {
             element,
             content: Content { mass: [0.0; N], viscosity: 0.0, tau: 0.0, volume_over_density: 0.0 },
+            vertex_mass: vec![0.0; N + points.len()],
             tied: [false; N],
             energy: 0.0,
             on_walls: Vec::new(),
+            openings: Vec::new(),
             blocks: [[[[0.0; N]; N]; N]; N],
             loads: [[0.0; N]; N],
             to_fluid: vec![[[[0.0; D]; N]; N]; count],

@@ -15,7 +15,7 @@
 
 use super::element::{CoupledElement, Unknown, VelocityMap, VertexVelocities};
 use super::fluid_part::{FluidPart, PartGeometry};
-use super::walls::wall_facets;
+use super::walls::part_facets;
 use crate::math::Vector;
 use crate::math::dense::inverse_of_semidefinite;
 use crate::pfem2::element::{Equations, Stabilisation};
@@ -85,7 +85,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
             Stabilisation::ConsistentPspg | Stabilisation::Dynamic => fluid.tau / equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
-        for facet in wall_facets(part, fluid.walls) {
+        for facet in part_facets(part, fluid.walls) {
             facet.press_enriched(part, &fluid.level, |vertex, k, area| {
                 self.columns[k].add(&maps[vertex], area);
                 self.rows[k].add(&maps[vertex], area);

@@ -19,6 +19,8 @@ pub struct FluidPart<const D: usize, const N: usize> {
     pub tension: f64,
     /// Facets of the element that lie on walls, as bits.
     pub walls: u8,
+    /// Facets of the element that lie on openings, as bits.
+    pub openings: u8,
     /// Stabilisation time τ [s].
     pub tau: f64,
     /// Nodal values of the right-hand side.

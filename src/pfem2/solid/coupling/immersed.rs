@@ -35,6 +35,17 @@ pub struct Immersed<const D: usize, const N: usize> {
     pub equations: Option<SolidEquations>,
 }
 
+/// A mass at a place of the fluid.
+#[derive(Debug, Clone, Copy)]
+pub struct PointMass<const D: usize> {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Its place [m].
+    pub position: Vector<D>,
+    /// Its velocity [m/s].
+    pub velocity: Vector<D>,
+}
+
 impl<const D: usize, const N: usize> Immersed<D, N> {
     /// Solids whose nodes have this velocity and convected velocity [m/s], and these equations.
     pub fn new(
@@ -107,6 +118,26 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             return 0.0;
         }
         viscosity / cut.share * cut_power(mesh, cut, points, [&|i| velocity[i], &|a| self.velocity_of(a)])
+    }
+
+    /// Masses of the fluid in a cut element with their places and velocities, at its nodes and cut points, at these
+    /// nodal velocities [m/s] and that of the solids at the end of the last step; `None` for other elements.
+    pub fn masses(
+        &self,
+        mesh: &Mesh<D, N>,
+        element: usize,
+        velocity: &[Vector<D>],
+    ) -> Option<impl Iterator<Item = PointMass<D>>> {
+        let ElementState::Cut(place) = self.cut.state[element] else { return None };
+        let own = self.elements.get(place as usize)?;
+        let points = &self.cut.elements[place as usize].points;
+        let of_node = mesh.elements()[element].map(|node| (mesh.nodes()[node as usize], velocity[node as usize]));
+        let of_point = points.iter().map(move |&c| {
+            let point = &self.cut.points[c as usize];
+            (point.position, point.velocity(&|i| velocity[i], &|a| self.velocity_of(a)))
+        });
+        let vertices = own.vertex_mass.iter().zip(of_node.into_iter().chain(of_point));
+        Some(vertices.map(|(&mass, (position, velocity))| PointMass { mass, position, velocity }))
     }
 
     /// Leaves in the content of an element what its fluid part holds.

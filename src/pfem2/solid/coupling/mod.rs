@@ -7,6 +7,7 @@
 //! | `viscous` | viscous forces in a cut element, for the stabilisation |
 //! | `trace` | what flows through the surface of elastic solids between cut points |
 //! | `walls` | the reaction of walls at which that surface ends |
+//! | `openings` | the tractions of openings at which it ends |
 //! | `pressure_stiffness` | how the force of the fluid's pressure changes as that surface moves |
 //! | `immersed` | all cut elements, with the equations of the solids |
 //! | `border`, `near_nodes`, `node_coupling` | the unknowns of the solids in the linear system, and in its preconditioner |
@@ -23,6 +24,7 @@ pub mod fluid_part;
 pub mod immersed;
 mod near_nodes;
 mod node_coupling;
+mod openings;
 pub(in crate::pfem2) mod pressure_stiffness;
 pub(in crate::pfem2) mod trace;
 pub mod viscous;

@@ -26,25 +26,25 @@ pub struct WallShare<const D: usize, const N: usize> {
     pub area: [Vector<D>; N],
 }
 
-/// A facet of a part that lies on a wall.
+/// A facet of a part that lies on a facet of the mesh.
 pub(super) struct PartFacet<const D: usize> {
     /// The facet of the mesh, by the local node opposite to it.
-    facet: u32,
+    pub facet: u32,
     /// Its corners, by their places in the part.
-    corners: [usize; D],
+    pub corners: [usize; D],
     /// Its area vector [m²], out of the mesh.
-    area: Vector<D>,
+    pub area: Vector<D>,
 }
 
-/// The facets of a part that lie on walls; `walls` are the facets of its element that do, as bits.
-pub(super) fn wall_facets<const D: usize, const N: usize>(part: &PartGeometry<D, N>, walls: u8) -> Vec<PartFacet<D>> {
+/// The facets of a part that lie on some facets of its element, given as bits.
+pub(super) fn part_facets<const D: usize, const N: usize>(part: &PartGeometry<D, N>, on: u8) -> Vec<PartFacet<D>> {
     let lies_on = |corners: &[usize; D], m: usize| corners.iter().all(|&c| part.shapes[c][m].abs() < ROUND_OFF);
     let facet = |opposite: usize| {
         let corners: [usize; D] = std::array::from_fn(|a| a + usize::from(a >= opposite));
-        let facet = (0..N).find(|&m| walls >> m & 1 == 1 && lies_on(&corners, m))? as u32;
+        let facet = (0..N).find(|&m| on >> m & 1 == 1 && lies_on(&corners, m))? as u32;
         Some(PartFacet { facet, corners, area: part.simplex.facet_area(opposite) })
     };
-    if walls == 0 { Vec::new() } else { (0..N).filter_map(facet).collect() }
+    if on == 0 { Vec::new() } else { (0..N).filter_map(facet).collect() }
 }
 
 impl<const D: usize> PartFacet<D> {
