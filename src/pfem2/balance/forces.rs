@@ -238,9 +238,8 @@ fn open_boundary_load<const D: usize, const N: usize>(
     mut add: impl FnMut(usize, Vector<D>),
 ) {
     let mesh = elements.mesh;
-    for e in (0..elements.mesh_data.open.len())
-        .filter(|&e| elements.mesh_data.open[e] != 0 && elements.with_solid(e).is_none())
-    {
+    let whole = |e: &usize| elements.with_solid(*e).is_none() && elements.beside_solid(*e).is_none();
+    for e in (0..elements.mesh_data.open.len()).filter(|&e| elements.mesh_data.open[e] != 0).filter(whole) {
         let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
         for k in (0..N).filter(|&k| elements.mesh_data.open[e] >> k & 1 == 1) {
             let area = simplex.facet_area(k) * (elements.contents.elements[e].viscosity / D as f64);

@@ -73,7 +73,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
 
     /// The state of an element, and its equations if a solid cuts it.
     #[inline]
-    fn beside_solid(&self, element: usize) -> Option<(&Immersed<D, N>, ElementState)> {
+    pub fn beside_solid(&self, element: usize) -> Option<(&Immersed<D, N>, ElementState)> {
         let immersed = self.immersed?;
         let state = immersed.cut.state[element];
         (state != ElementState::Fluid).then_some((immersed, state))

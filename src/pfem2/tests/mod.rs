@@ -19,6 +19,7 @@ mod incompressible;
 mod inlet;
 mod moving_disc;
 mod moving_supports;
+mod openings;
 mod orders;
 mod outflow;
 mod particle_solids;

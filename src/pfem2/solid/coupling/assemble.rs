@@ -70,7 +70,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             element.count(parent.volume, part, fluid);
             element.add(&parent.gradient, part, fluid, equations, &velocities);
             element.pull(mesh, part, fluid, &velocities);
-            element.add_openings(part, fluid, &corners, (&velocities.maps, &velocities.positions));
+            element.add_openings(part, fluid, &corners, &velocities);
         }
         match fluid.enrichment {
             Enrichment::None => element.add_trace(trace, &velocities.maps),
@@ -148,8 +148,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     ) {
         let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
         let force = fluid.drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
-        let viscosity = part.pieces.iter().map(|piece| piece.share * fluid.medium(piece).viscosity).sum::<f64>();
-        let stiffness = viscosity * volume;
+        let stiffness = part.mean(|piece| fluid.medium(piece).viscosity) * volume;
         let masses = masses(equations.mass, part, fluid);
         for i in 0..N {
             let row = &maps[part.vertices[i]];
@@ -211,7 +210,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let (tau, volume) = (fluid.tau, part.simplex.volume);
         let of = |piece: &SubSimplex<N>| fluid.source(piece) * (tau * volume * piece.share);
         let source = part.pieces.iter().map(of).sum::<Vector<D>>() + hats;
-        let over_density: f64 = part.pieces.iter().map(|piece| piece.share / fluid.medium(piece).density).sum();
+        let over_density = part.mean(|piece| 1.0 / fluid.medium(piece).density);
         for k in 0..N {
             self.loads[k][D] -= parent[k].dot(source);
             for l in 0..N {

@@ -65,6 +65,19 @@ pub struct Opening<const D: usize> {
     pub(super) velocities: [VelocityMap<D>; D],
     /// Load at each corner [N].
     pub(super) loads: [Vector<D>; D],
+    /// What an outlet adds to the rows of its corners.
+    pub(super) outflow: Vec<OutflowBlock<D>>,
+}
+
+/// A block of an outlet, in the rows of a corner of its facet (theory (J.9e)).
+#[derive(Debug, Clone)]
+pub(super) struct OutflowBlock<const D: usize> {
+    /// Velocity of the corner, by the unknowns of the element.
+    pub row: VelocityMap<D>,
+    /// The velocity that it acts on.
+    pub column: VelocityMap<D>,
+    /// The block [kg/s].
+    pub block: Tensor<D>,
 }
 
 /// The velocities of the vertices of an element.

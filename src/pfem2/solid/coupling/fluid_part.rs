@@ -21,6 +21,8 @@ pub struct FluidPart<const D: usize, const N: usize> {
     pub walls: u8,
     /// Facets of the element that lie on openings, as bits.
     pub openings: u8,
+    /// Those of them that are outlets or have a pressure.
+    pub outlets: u8,
     /// Stabilisation time τ [s].
     pub tau: f64,
     /// Nodal values of the right-hand side.
@@ -56,6 +58,11 @@ impl<const D: usize, const N: usize> PartGeometry<D, N> {
     /// Shape functions of the element at a point, given by its own.
     pub fn at(&self, point: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|k| point.iter().zip(&self.shapes).map(|(n, shape)| n * shape[k]).sum())
+    }
+
+    /// Mean over its volume of what its pieces have.
+    pub fn mean(&self, of: impl Fn(&SubSimplex<N>) -> f64) -> f64 {
+        self.pieces.iter().map(|piece| piece.share * of(piece)).sum()
     }
 }
 
