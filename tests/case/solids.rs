@@ -228,10 +228,25 @@ fn fluid_glides_where_elements_do_not_hold_its_layer() {
     let longest: f64 = periods.split_once(" s").unwrap().0.parse().unwrap();
     let border = 1000.0 * std::f64::consts::PI * 0.04 * 0.04 / longest;
     let of_viscosity = |factor: f64| edited(GOOD, "1e-3 Pa s", &format!("{} Pa s", factor * border));
-    let fast = |text: &str| edited(text, "\"0.1 m/s\", 0", "\"50 m/s\", 0");
+    let short = |text: &str| edited(text, "end = \"0.1 s\"\nstep = \"0.01 s\"", "end = \"5 ms\"\nstep = \"1 ms\"");
+    let fast = |text: &str| short(&edited(text, "\"0.1 m/s\", 0", "\"50 m/s\", 0"));
     assert!(glides(GOOD) && glides(&fast(&of_viscosity(0.98))) && !glides(&fast(&of_viscosity(1.02))));
     let in_stream = 1000.0 * 0.02 * 0.02 * 0.1 / 0.3 / border;
     assert!(glides(&of_viscosity(0.98 * in_stream)) && !glides(&of_viscosity(1.02 * in_stream)));
+    // In a stream that passes all of it, fluid sticks: 0.29 and 0.31 m in 0.1 s, along 0.3 m.
+    let in_stream = |speed: &str| edited(GOOD, "\"0.1 m/s\", 0", &format!("\"{speed}\", 0"));
+    assert!(glides(&in_stream("2.9 m/s")) && !glides(&in_stream("3.1 m/s")));
+    let sticks = |text: &str| {
+        notes(text).iter().any(|note| note.contains("oil sticks to `flap`") || note.contains("water sticks to `flap`"))
+    };
+    assert!(sticks(&in_stream("3.1 m/s")) && !sticks(&in_stream("2.9 m/s")));
+    // So it does in one that pressures drive, √(2 Δp/ρ) = 3 m/s at 4.5 kPa, unless they bear a weight.
+    let inlet = "kind = \"inlet\"\nvelocity = [\"0.1 m/s\", 0]\nfluid = \"oil\"";
+    let pushed = |pressure: &str| {
+        edited(GOOD, inlet, &format!("kind = \"pressure\"\npressure = \"{pressure}\"\nfluid = \"oil\""))
+    };
+    assert!(glides(&pushed("4.3 kPa")) && !glides(&pushed("4.7 kPa")));
+    assert!(glides(&edited(&pushed("4.7 kPa"), "[pfem2]", "[pfem2]\ngravity = [0, \"-9.81 m/s^2\"]")));
     // What the case says counts, and the solid that isn't moved by its own inertia has no layer.
     for key in ["surface = \"no-slip\"", "surface = \"slip\"", "inertia = \"quasi-static\""] {
         assert!(!glides(&edited(GOOD, "plane = \"stress\"", &format!("plane = \"stress\"\n{key}"))), "{key}");

@@ -4,8 +4,11 @@
 //! of the speed U in δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold
 //! them: a whole element of fluid would stick to the solid (theory (J.6a)). A solid that nothing holds, or a rigid one,
 //! slows down 1.27 √(ν t) in the time t at most, as a plate that is set in motion (Stokes 1851), to 63 %, too.
+//!
+//! Which layer it is doesn't matter where a stream passes all of a solid: it comes off behind it where fluid sticks, and
+//! nowhere where it glides.
 
-use super::path::SolidSurroundings;
+use super::path::{SolidSurroundings, driven_stream, longest_side};
 use crate::case::resolution::size_of;
 use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
@@ -28,8 +31,9 @@ const TIMES: usize = 32;
 ///
 /// Along a rigid solid they do so between two fluids alone, where the pressure moves it, and where none comes in: a
 /// wedge that meets water has a force 11 % too large with noise of 12 % where the water sticks to it (2 and 2.5 % where
-/// it glides), and a cylinder in a stream has a tenth of its drag where the flow doesn't come off. Says so where fluid sticks to a rigid solid beside
-/// elements that don't hold the layer.
+/// it glides), and a cylinder in a stream has a tenth of its drag where the flow doesn't come off. Along an elastic one
+/// they don't in a stream that passes all of it within the run: a soft ring in a stream bends wrongly, and swings as it
+/// doesn't on finer elements. Says so where fluid sticks to a solid beside elements that don't hold the layer.
 ///
 /// Solids without a known period stay as they are, quasi-static ones and those whose modes weren't found; and so do all
 /// where a run begins in equilibrium, which isn't found where fluids glide.
@@ -46,7 +50,9 @@ pub(super) fn choose<const D: usize, const N: usize>(
     else {
         return Vec::new();
     };
-    let flow = Surroundings { heaviest, speed: speed_of_inlets(mesh, boundaries, file.time.end), end: file.time.end };
+    let end = file.time.end;
+    let speed = speed_of_inlets(mesh, boundaries, end);
+    let flow = Surroundings { heaviest, speed, stream: driven_stream(around), end };
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
@@ -57,7 +63,8 @@ pub(super) fn choose<const D: usize, const N: usize>(
             continue;
         }
         let (fluid, name) = (&heaviest.name, &setup.name);
-        if setup.law.is_rigid() && (fluids.len() < 2 || flow.speed > 0.0) {
+        let rigid = setup.law.is_rigid() && (fluids.len() < 2 || flow.speed > 0.0);
+        if rigid || flow.passes(setup) {
             notes.push(format!(
                 "{fluid} sticks to `{name}`, elements of {element:.1e} m of it where {layer:.1e} m can be slowed down until \
                  the end; `surface = \"slip\"` has it glide"
@@ -78,11 +85,18 @@ struct Surroundings<'a> {
     heaviest: &'a FluidSetup,
     /// Largest speed of inlets [m/s].
     speed: f64,
+    /// Speed of the stream that boundaries, pressures or the start drive [m/s].
+    stream: f64,
     /// End of the run [s].
     end: f64,
 }
 
 impl Surroundings<'_> {
+    /// True where a stream passes all of a solid within the run.
+    fn passes<const D: usize>(&self, setup: &SolidSetup<D>) -> bool {
+        self.stream * self.end > longest_side(setup)
+    }
+
     /// The layer that a solid slows down [m]: as it swings in the longest of the periods of its modes, in the stream
     /// from inlets, and, if it is rigid or has a mode without stiffness, in the whole run. `None` of a solid without a
     /// known period.
@@ -115,11 +129,7 @@ fn layer_of_stream<const D: usize>(fluid: &FluidSetup, setup: &SolidSetup<D>, sp
     if speed == 0.0 {
         return 0.0;
     }
-    let side = |axis: usize| {
-        let along = setup.mesh.nodes.iter().map(|x| x[axis]);
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    let length = (0..D).map(side).fold(0.0, f64::max);
+    let length = longest_side(setup);
     2.0 * (fluid.law.viscosity(speed / length) / fluid.density * length / speed).sqrt()
 }
 
@@ -132,8 +142,8 @@ fn speed_of_inlets<const D: usize, const N: usize>(
     let inlets = boundaries.iter().filter(|set| set.condition.kind() == BoundaryKind::Inlet);
     let nodes = inlets.flat_map(|set| set.facets.iter().map(move |&facet| (set, facet)));
     let speeds = nodes.flat_map(|(set, facet)| {
-        let times = (1..=TIMES).map(move |k| end * k as f64 / TIMES as f64);
         let places = mesh.facet_nodes(facet).into_iter().map(|node| mesh.nodes()[node as usize]);
+        let times = (1..=TIMES).map(move |k| end * k as f64 / TIMES as f64);
         let at = move |x: Vector<D>| times.clone().filter_map(move |t| set.condition.velocity(x, t));
         places.flat_map(at).map(|v| v.norm())
     });

@@ -25,6 +25,7 @@ use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;
 use std::ops::Range;
 use stream::AmbientStream;
+pub(super) use stream::driven as driven_stream;
 
 /// Surroundings of solids at the start: mesh, boundaries, fluids, gravity.
 pub(super) struct SolidSurroundings<'a, const D: usize, const N: usize> {
@@ -84,7 +85,7 @@ fn nodes_of<const D: usize>(structure: &Structure<D>, solid: usize) -> Range<usi
 }
 
 /// The longest side of the box around a solid [m].
-fn longest_side<const D: usize>(setup: &SolidSetup<D>) -> f64 {
+pub(super) fn longest_side<const D: usize>(setup: &SolidSetup<D>) -> f64 {
     (0..D).map(|axis| extent(&setup.mesh.nodes, axis)).map(|[lower, upper]| upper - lower).fold(0.0, f64::max)
 }
 

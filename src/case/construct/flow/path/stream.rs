@@ -51,6 +51,18 @@ pub(super) fn strongest<const D: usize, const N: usize>(around: &SolidSurroundin
     all.max_by(|a, b| a.speed.total_cmp(&b.speed))
 }
 
+/// The speed of the stream that solids may meet but for the fall of fluids [m/s]. Pressures at openings drive none where
+/// there is gravity: they bear the weight of the fluids.
+pub(in crate::case::construct::flow) fn driven<const D: usize, const N: usize>(
+    around: &SolidSurroundings<D, N>,
+) -> f64 {
+    let density = around.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
+    let weightless = times(around.file.time.end).all(|t| around.gravity(middle(around), t) == Vector::ZERO);
+    let pressure = if weightless { pressure_difference(around) } else { 0.0 };
+    let led = fastest(prescribed(around).chain(initial(around))).map_or(0.0, |v| v.norm());
+    Some(led.max((2.0 * pressure / density).sqrt())).filter(|speed| speed.is_finite()).unwrap_or(0.0)
+}
+
 fn both_ways<const D: usize>(along: impl Fn(usize) -> bool) -> Vec<Vector<D>> {
     (0..D).filter(|&axis| along(axis)).flat_map(|axis| [Vector::unit(axis), -Vector::unit(axis)]).collect()
 }
