@@ -5,6 +5,7 @@ use crate::pfem2::Pfem2;
 use crate::pfem2::moments::StepMeans;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::time::step_control::{ErrorEstimates, StepControl};
+use crate::pfem2::time::vibration::Vibration;
 use crate::pfem2::tracking::interface::InterfaceTracking;
 use crate::pfem2::tracking::particles::ParticleEvents;
 use crate::simulation::{Column, MOST_COUNTED, Record};
@@ -76,6 +77,10 @@ impl Record for ErrorEstimates {
     type Number = f64;
 }
 
+impl Record for Vibration {
+    type Number = f64;
+}
+
 impl Record for ParticleEvents {
     type Number = u64;
 }
@@ -106,6 +111,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt/recommended", Column::scalar(&mut pfem.limits.control.recommended));
     visit("dt/curvature of solids", Column::scalar(&mut pfem.limits.control.solids_curvature));
     visit("dt/recent curvatures of solids", Column::record(&mut pfem.limits.control.solids_recent));
+    visit("dt/vibration of solids", Column::record(&mut pfem.limits.control.vibration));
     visit("dt/largest energy of solids", Column::scalar(&mut pfem.limits.control.solids_peak));
     pfem.notices.columns(visit);
 }

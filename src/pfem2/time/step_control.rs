@@ -6,7 +6,7 @@
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
 //! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,
-//!               dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
+//!               dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass; less of weak vibrations (`vibration.rs`)
 //! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance V/κ)^½/Δt),
 //!               κ ← max(least s V/Δt² of three steps, 0.99 κ)
 //! ```
@@ -31,6 +31,7 @@
 //!
 //! The reasons, and the numbers, are in theory H.2–H.5.
 
+use super::vibration::Vibration;
 use crate::math::{Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
@@ -106,6 +107,8 @@ pub struct StepControl {
     pub(in crate::pfem2) solids_curvature: f64,
     /// The same error of the last two steps alone, the last first; infinite before the first [m/s³ √kg].
     pub(in crate::pfem2) solids_recent: [f64; 2],
+    /// The vibration of solids over the last steps.
+    pub(in crate::pfem2) vibration: Vibration,
     /// The next step as far as errors go [s]: the proposal, which small rises don't change where there are solids.
     pub(in crate::pfem2) recommended: f64,
 }
@@ -120,6 +123,7 @@ impl StepControl {
             solids_peak: 0.0,
             solids_curvature: 0.0,
             solids_recent: [f64::INFINITY; 2],
+            vibration: Vibration::default(),
             recommended: 0.0,
         }
     }
@@ -185,7 +189,9 @@ impl StepControl {
         let mut speed = 1.0;
         if let Some((structure, _)) = solids {
             let found = self.solids_error(structure, extends, stream);
-            (errors.solids, speed, self.solids_peak) = (found.error, found.speed, found.peak);
+            self.vibration = found.vibration;
+            (speed, self.solids_peak) = (found.speed, found.peak);
+            errors.solids = found.error * self.vibration.counts(speed);
             structure.state.velocity_change = found.change;
         }
         self.learn(dt, errors, least / scale, speed);
@@ -210,7 +216,8 @@ impl StepControl {
             product(&change, &state.velocity_change),
             product(&state.velocity_change, &state.velocity_change),
         ];
-        SolidsError { error: 0.5 * resolved([own, both, last]).sqrt() / speed, speed, peak, change }
+        let vibration = self.vibration.after(own, (own - 2.0 * both + last).max(0.0));
+        SolidsError { error: 0.5 * resolved([own, both, last]).sqrt() / speed, speed, peak, vibration, change }
     }
 }
 
@@ -222,6 +229,8 @@ struct SolidsError<const D: usize> {
     speed: f64,
     /// The largest kinetic energy of solids so far [J].
     peak: f64,
+    /// The vibration that the changes show.
+    vibration: Vibration,
     /// d at the nodes, by how much the velocity differs from what the last two steps let expect [m/s].
     change: Vec<Vector<D>>,
 }
