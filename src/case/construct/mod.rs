@@ -158,7 +158,7 @@ impl Construction<'_> {
         self.findings.push(finding);
     }
 
-    /// What the case asks of `mpm`; `None` if something is wrong.
+    /// The set-up of `mpm` that the case describes; `None` if something is wrong.
     fn mpm_setup<const D: usize>(&mut self) -> Option<Setup<D>> {
         let file = &self.case.file;
         let grid = self.grid::<D>(file.grid.as_ref()?);

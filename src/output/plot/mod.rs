@@ -85,7 +85,7 @@ pub enum Data {
 pub struct Level {
     /// Its height.
     pub y: f64,
-    /// Where it begins and ends.
+    /// Its ends.
     pub x: [f64; 2],
 }
 

@@ -53,7 +53,7 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub force: Vec<Vector<D>>,
     /// Constants of the last step.
     pub(in crate::pfem2) equations: Equations,
-    /// What filled the elements in the last step.
+    /// Contents of the elements in the last step.
     pub contents: ElementContents<D, N>,
     /// Unknowns that the boundary and solids prescribe.
     pub(super) prescribed: PrescribedUnknowns<D, N>,

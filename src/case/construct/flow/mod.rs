@@ -128,7 +128,7 @@ impl Construction<'_> {
         self.unfilled(mesh, &bodies.initial, &bodies.solids);
     }
 
-    /// What the case asks of `pfem2`; `None` if something is wrong.
+    /// The set-up of `pfem2` that the case describes; `None` if something is wrong.
     fn pfem2_setup<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;

@@ -1,4 +1,4 @@
-//! What a closed surface of triangles has of features: smooth patches, the sharp edges between them, corners.
+//! Features of a closed surface of triangles: smooth patches, the sharp edges between them, corners.
 
 use crate::geometry::{IndexedTriangle, Triangles};
 use crate::math::Vector;
@@ -30,7 +30,7 @@ pub struct Features {
     apexes: Vec<Corner>,
 }
 
-/// Where two patches meet.
+/// The sharp edge between two patches.
 struct SharpEdge {
     segments: RTree<IndexedTriangle>,
     /// Length [m].
@@ -38,7 +38,7 @@ struct SharpEdge {
     concave: bool,
 }
 
-/// Where three patches or more meet.
+/// A corner, a vertex at which three patches or more meet, or the point of a cone.
 pub struct Corner {
     /// Place [m].
     pub place: Vector<3>,

@@ -150,8 +150,8 @@ impl Hexes {
         self.quads.extend(sides);
     }
 
-    /// Where nodes of some quadrilaterals are moved to by a layer: some way towards the other end of the edges that
-    /// lead inside, or else of all edges of their hexahedra.
+    /// Displacements of the nodes of some quadrilaterals by a layer [m]: some way towards the other end of the edges
+    /// that lead inside, or else of all edges of their hexahedra.
     fn inward(&self, covered: &[usize]) -> BTreeMap<u32, Vector<3>> {
         /// Part of the length of edges.
         const WAY: f64 = 0.4;

@@ -6,9 +6,9 @@
 //! side: x = ½ Σ x_edge − ¼ Σ x_corner         element: x = ½ Σ x_side − ¼ Σ x_edge + ⅛ Σ x_corner
 //! ```
 //!
-//! Where elements fold, edges inside follow those of the boundary (as with the meshes of Persson & Peraire 2009,
-//! DOI 10.2514/6.2009-949, by Laplace's equation instead of an elastic one); where they fold still, they are bent less,
-//! and nodes of their sides stay off the surface.
+//! Edges inside of elements that fold follow those of the boundary (as with the meshes of Persson & Peraire 2009, DOI
+//! 10.2514/6.2009-949, by Laplace's equation instead of an elastic one). Elements that fold still are bent less, and
+//! nodes of their sides stay off the surface.
 
 use super::features::Features;
 use super::hexes::Hexes;
@@ -36,7 +36,7 @@ type Edge = [u32; 2];
 struct Raised<'a> {
     mesh: &'a Hexes,
     features: &'a Features,
-    /// What holds the middle of each edge and side on the boundary.
+    /// Constraint of the middle of each edge and side on the boundary.
     holds: BTreeMap<Vec<u32>, Hold>,
     numbers: BTreeMap<Vec<u32>, u32>,
     elements: Vec<Vec<u32>>,

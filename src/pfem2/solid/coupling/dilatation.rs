@@ -1,4 +1,4 @@
-//! Where fluid comes in and leaves as elastic solids change their volume in a closed box (theory (J.10d)).
+//! Dilatation of a gas in a closed box, which balances the change of the volume of elastic solids (theory (J.10d)).
 //!
 //! ```text
 //! D v + C p = σ w,     σ Σ w_i = −dV_S/dt = −Σ_a ∂V_S/∂u_a·v_a,     w_i = ∫ N_i over the elements full of the gas
