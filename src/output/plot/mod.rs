@@ -77,12 +77,12 @@ pub enum Data {
     /// The area between (x, lower) and (x, upper).
     Band(Vec<[f64; 3]>),
     /// Horizontal lines.
-    Levels(Vec<Level>),
+    Levels(Vec<HorizontalLine>),
 }
 
 /// A horizontal line, from one x to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
+pub struct HorizontalLine {
     /// Its height.
     pub y: f64,
     /// Its ends.

@@ -24,7 +24,7 @@ const PART: f64 = 0.5;
 const TIMES: usize = 32;
 
 /// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the
-/// layer that the solid slows down, and says so of each of them ([`Surroundings::layer`]).
+/// layer that the solid slows down, and says so of each of them ([`FlowScales::layer`]).
 ///
 /// Along a rigid solid they do so between two fluids alone, where the pressure moves it, and where none comes in: a
 /// wedge that meets water has a force 11 % too large with noise of 12 % where the water sticks to it (2 and 2.5 % where
@@ -46,7 +46,7 @@ pub(super) fn choose<const D: usize, const N: usize>(
     else {
         return Vec::new();
     };
-    let flow = Surroundings { heaviest, speed: speed_of_inlets(mesh, boundaries, file.time.end), end: file.time.end };
+    let flow = FlowScales { heaviest, speed: speed_of_inlets(mesh, boundaries, file.time.end), end: file.time.end };
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
@@ -73,8 +73,9 @@ pub(super) fn choose<const D: usize, const N: usize>(
     notes
 }
 
-/// The flow around solids.
-struct Surroundings<'a> {
+/// Scales of the flow around solids, from which the thickness of the layers along them follows.
+struct FlowScales<'a> {
+    /// The heaviest fluid.
     heaviest: &'a FluidSetup,
     /// Largest speed of inlets [m/s].
     speed: f64,
@@ -82,7 +83,7 @@ struct Surroundings<'a> {
     end: f64,
 }
 
-impl Surroundings<'_> {
+impl FlowScales<'_> {
     /// The layer that a solid slows down [m]: as it swings in the longest of the periods of its modes, in the stream
     /// from inlets, and, if it is rigid or has a mode without stiffness, in the whole run. `None` of a solid without a
     /// known period.
