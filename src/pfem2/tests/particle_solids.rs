@@ -422,9 +422,9 @@ fn run_cantilever(
     (run(mesh, Vec::new(), physics, solid([1000.0, 1e7, 0.3]), (phase, start)), length)
 }
 
-/// −20.8 and −7.3 % of the deflection with 3 and 6 elements over the thickness, the interface in the middle of elements:
-/// an independent computation of the scheme of the paper with particles at rest and the exact interface (theory J.7,
-/// K.7). The figures of the paper itself are lost.
+/// −20.8 and −7.3 % of the deflection with 3 and 6 elements over the thickness, the interface in the middle of
+/// elements: an independent computation of the scheme of the paper with particles at rest and the exact interface
+/// (theory J.7, K.7). The figures of the paper itself are lost.
 #[test]
 fn a_cantilever_without_projection_is_as_stiff_as_the_space_of_the_paper() {
     let errors = [3, 6].map(deflection_without_projection);
