@@ -19,7 +19,7 @@
 mod stream;
 mod yardstick;
 
-use lateen::material::eos::{EquationsOfState, Linear};
+use lateen::material::eos::{EquationsOfState, LinearLiquid};
 use lateen::material::{BulkViscosity, Fluid, StartState};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
@@ -176,7 +176,7 @@ fn setup(n: usize, choice: &Choice, speed: f64) -> Setup<3> {
         density: WATER.0,
         viscosity: 0.0,
         bulk_viscosity: BulkViscosity([0.0, 0.0]),
-        eos: EquationsOfState::Linear(Linear { sound_speed: WATER.1, tensile_strength: 0.0 }),
+        eos: EquationsOfState::LinearLiquid(LinearLiquid { sound_speed: WATER.1, tensile_strength: 0.0 }),
     };
     let wall = || Wall { kind: WallKind::Slip, velocity: Default::default() };
     Setup {

@@ -81,7 +81,7 @@ pub fn sample(region: &Region, spacing: f64, dimension: usize, origin: [f64; 3])
         return Err(Diagnostic::error("spacing", format!("must be positive and finite, not {spacing}")));
     }
     let bounds = finite_bounds(region, dimension)?;
-    let lattice = Lattice { spacing, dimension, origin };
+    let lattice = ParticleLattice { spacing, dimension, origin };
     let blocks = lattice.blocks(region, &bounds)?;
     let position = parallel::collect_all(blocks.count(), 1, |block| lattice.fill(region, &blocks, block));
     Ok(Sample { position, volume: spacing.powi(dimension as i32), spacing, origin })
@@ -112,7 +112,8 @@ fn finite_bounds(region: &Region, dimension: usize) -> Result<Bounds, Diagnostic
         .help("intersect it with a box: `{ shape = \"intersection\", of = [...] }`"))
 }
 
-struct Lattice {
+/// The lattice of particles, whose cells have a corner at the origin.
+struct ParticleLattice {
     spacing: f64,
     dimension: usize,
     origin: [f64; 3],
@@ -141,7 +142,7 @@ impl Blocks {
     }
 }
 
-impl Lattice {
+impl ParticleLattice {
     fn at(&self, index: [i64; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {
             if i < self.dimension { self.origin[i] + (index[i] as f64 + 0.5) * self.spacing } else { 0.0 }
@@ -350,7 +351,7 @@ mod tests {
         for (dimension, ball) in [(2, std::f64::consts::PI / 4.0), (3, std::f64::consts::PI / 6.0)] {
             for inner in [0.0, 1.0, 1.8] {
                 let exact = ball * (1.0 - (inner / 2.0_f64).powi(dimension as i32));
-                let lattice = Lattice { spacing: 1.0, dimension, origin: [0.0; 3] };
+                let lattice = ParticleLattice { spacing: 1.0, dimension, origin: [0.0; 3] };
                 let region = ring(inner);
                 let share = lattice.share(&region, &region.bounds());
                 assert!((share / exact - 1.0).abs() < 0.01, "{share} {exact} in {dimension}D");

@@ -12,9 +12,9 @@
 //! With the compliance of the border to pressure, D̂ in place of S (multigrid can take that): Â of A − E_p D̂⁻¹ F_p,
 //! and x ← Â⁻¹ (b − E_p D̂⁻¹ c).
 //!
-//! What remains of the preconditioned matrix is S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t. For a solid in a fluid
-//! it has one eigenvalue per motion, 1 + (added mass)/(inertia and stiffness of the solid). It is near one where a
-//! motion is stiff; soft motions are left to the coarse correction (`coarse`).
+//! Preconditioning leaves the matrix S_t⁻¹ (S − F A⁻¹ E) of the border, S_t = S − F_t A_tt⁻¹ E_t. For a solid in a
+//! fluid it has one eigenvalue per motion, 1 + (added mass)/(inertia and stiffness of the solid). It is near one where
+//! a motion is stiff; soft motions are left to the coarse correction (`coarse`).
 
 /// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S
 /// (theory (J.10c)).

@@ -1,4 +1,4 @@
-//! What a run asks of the linear solver.
+//! Options of the linear solver that a run sets.
 
 /// The preconditioner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

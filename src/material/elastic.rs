@@ -148,8 +148,8 @@ impl Moduli {
     /// Deviator of the rate laws after an elastic increment [Pa], theory (B.16).
     #[inline(always)]
     pub fn deviator(&self, increment: &Increment, point: &Point<'_>) -> SymTensor {
-        // Lian (22, 25) with the spin's sign corrected; theory (B.16).
         let half = increment.shear * self.shear;
+        // Lian (25), with the turn of Lian (22) and the spin's sign corrected; theory (B.16).
         (point.deviator + half).rotated(&increment.rotation()) + half
     }
 

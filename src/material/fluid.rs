@@ -101,7 +101,7 @@ impl PointLaw for Fluid {
 mod tests {
     use super::Fluid;
     use crate::material::bulk_viscosity::BulkViscosity;
-    use crate::material::eos::{EquationsOfState, IdealGas, Linear};
+    use crate::material::eos::{EquationsOfState, IdealGas, LinearLiquid};
     use crate::material::testing::TestParticle;
     use crate::material::{PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
@@ -172,7 +172,7 @@ mod tests {
     fn starts_that_a_fluid_refuses() {
         let stressed = StartState { stress: Some(SymTensor::ZERO), ..StartState::default() };
         assert!(air().initial(&stressed).unwrap_err().contains("stress"));
-        let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 0.0 });
+        let eos = EquationsOfState::LinearLiquid(LinearLiquid { sound_speed: 100.0, tensile_strength: 0.0 });
         let liquid = Fluid { eos, ..air() };
         let pulled = StartState { pressure: Some(-10.0), ..StartState::default() };
         assert!(liquid.initial(&pulled).unwrap_err().contains("least pressure"));
@@ -183,7 +183,7 @@ mod tests {
     /// opened. Pressed together, it resists when the void is closed, as ever.
     #[test]
     fn a_liquid_parts_at_its_tension_limit() {
-        let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 1e5 });
+        let eos = EquationsOfState::LinearLiquid(LinearLiquid { sound_speed: 100.0, tensile_strength: 1e5 });
         let liquid = Fluid { density: 1000.0, viscosity: 0.0, eos, ..air() };
         let mut sample = TestParticle::new(&liquid, StartState::default());
         let mut pull = |rate: f64, steps: u32| {
@@ -210,7 +210,7 @@ mod tests {
     /// A liquid under pressure starts at the density that carries it: p = c0² (ρ − ρ0).
     #[test]
     fn a_pressed_liquid_is_dense() {
-        let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 0.0 });
+        let eos = EquationsOfState::LinearLiquid(LinearLiquid { sound_speed: 100.0, tensile_strength: 0.0 });
         let liquid = Fluid { density: 1000.0, eos, ..air() };
         let state = liquid.initial(&start()).unwrap();
         assert!((state.density - 1010.0).abs() < 1e-9 && state.sound_speed == 100.0);

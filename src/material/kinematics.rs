@@ -28,7 +28,7 @@ pub fn midpoint(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
 /// The rotation Q of an increment, from the gradient in its middle.
 #[inline(always)]
 pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
-    // Ω of Lian (24, 63). A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
+    // Ω of Lian (24), Lian (63). A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
     let a = gradient.skew() * (0.5 * dt);
     let axis = Vector([a[2][1], a[0][2], a[1][0]]);
     Tensor::identity() + (a + a.dot(&a)) * (2.0 / (1.0 + axis.norm_squared()))

@@ -131,7 +131,7 @@ fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
 
 #[inline(always)]
 fn increment(batch: &PointBatch<'_>, p: usize, volume_ratio: f64) -> Increment {
-    // Lian (23, 62): the strain increment is D Δt.
+    // Lian (23), Lian (62): the strain increment is D Δt.
     let gradient = kinematics::midpoint(&batch.gradient[p], batch.dt);
     Increment { dt: batch.dt, gradient, shear: gradient.symmetric().deviator() * batch.dt, volume_ratio }
 }

@@ -136,7 +136,7 @@ impl<const D: usize> Coupling<D> {
                 let mut sheet = SheetInContact { index, offset, contact: &mut *contact, walls };
                 sheet.advance(membrane, &at, settings.passes, timer)?;
             }
-            timed!(timer, "proximity", proximity.watch(membranes, work, step.t + elapsed + dt));
+            timed!(timer, "proximity", proximity.survey_if_due(membranes, work, step.t + elapsed + dt));
         }
         timed!(timer, "contact", contact.finish_step(grid));
         timed!(timer, "contact", self.check_squeezed(walls, step))

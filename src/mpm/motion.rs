@@ -17,7 +17,7 @@
 //! ü = −A ω² ((1 + κ) u + κ z),   ż = −(1 − A) Δt ω² ((1 + κ) u + κ z)   ⇒   ü + (1 − A) Δt κ ω² u̇ + A ω² (1 + κ) u = const
 //! ```
 //!
-//! Where κ < 0 the wave grows, by (1 − A) |κ| (ω Δt)²/2 a step: stripes of stress a cell wide in a body at rest. With
+//! If κ < 0 the wave grows, by (1 − A) |κ| (ω Δt)²/2 a step: stripes of stress a cell wide in a body at rest. With
 //! w = ṽ there is no z. `last` strains and moves by v⁺, and damps such waves; `first` strains by v⁻, and they grow in
 //! it.
 //!

@@ -26,7 +26,7 @@ pub(super) mod schedule;
 mod to_grid;
 mod to_particles;
 
-use super::corrections::shifting::{self, Surroundings};
+use super::corrections::shifting::{self, GridContext};
 use super::corrections::volumes;
 use super::coupling::Coupling;
 use super::executor::Executor;
@@ -102,18 +102,18 @@ impl<const D: usize> Mpm<D> {
     /// go.
     fn correct_volumes(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
-        let around = Surroundings { grid, ghosts, walls, executor: &**executor };
-        timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
+        let context = GridContext { grid, ghosts, walls, executor: &**executor };
+        timed!(timer, "stress", volumes::correct(clock.steps, context, bodies, &coupling.contact));
         let contact = &mut coupling.contact;
-        let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, around, bodies, contact));
+        let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, context, bodies, contact));
         works.into_iter().for_each(|work| energy.add_volume_corrections(work));
     }
 
     /// Shifts the particles of liquids, and parts particles from membranes and obstacles.
     fn displace_particles(&mut self, step: &LeapfrogStep) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, executor, .. } = self;
-        let around = Surroundings { grid, ghosts, walls, executor: &**executor };
-        let work = shifting::displace(around, bodies, coupling, step);
+        let context = GridContext { grid, ghosts, walls, executor: &**executor };
+        let work = shifting::displace(context, bodies, coupling, step);
         energy.sums.add(energy.terms.displacement, work);
     }
 }

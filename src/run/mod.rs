@@ -49,7 +49,7 @@ pub struct Options {
 /// interruption; the results until then are on disk.
 pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, options: Options) -> Result<RunSummary> {
     let mut simulation = Simulation::new(solver, plan(case));
-    monitors::watch(&mut simulation, case, directory)?;
+    monitors::add_monitors(&mut simulation, case, directory)?;
     let _occupied = directory.prepare(options.existing)?;
     simulation.stop_on(options.stop);
     simulation.keep_checkpoints(Box::new(Checkpoints::new(directory.checkpoints(), case.hash())));

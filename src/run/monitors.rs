@@ -28,7 +28,7 @@ fn domain(case: &Case, initial: &Snapshot<'_>) -> [[f64; 3]; 2] {
 ///
 /// # Errors
 /// Probes and pictures of parts that the model doesn't have: all of them, with their places in the case.
-pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory) -> Result<()> {
+pub fn add_monitors(simulation: &mut Simulation, case: &Case, directory: &RunDirectory) -> Result<()> {
     let (file, units, history) = (&case.file, unit_labels(case), directory.history());
     let rows = file.output.history.unwrap_or(file.time.end / ROWS);
     let frames = file.output.fields.unwrap_or(file.time.end / FRAMES);
@@ -62,6 +62,6 @@ pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory)
         case.locate(&mut findings);
         return Err(Error::Case(findings));
     }
-    monitors.into_iter().for_each(|monitor| simulation.watch(monitor));
+    monitors.into_iter().for_each(|monitor| simulation.add_monitor(monitor));
     Ok(())
 }

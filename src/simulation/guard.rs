@@ -10,9 +10,9 @@ use crate::math::Signal;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A formula of the case.
+/// A formula of the case that drives a solver.
 #[derive(Debug, Clone)]
-pub struct Watched {
+pub struct DrivingFormula {
     /// Key of the signal in the case.
     pub key: String,
     /// Its value.
@@ -26,22 +26,27 @@ pub struct Watched {
 /// A solver with the formulas that drive it.
 pub struct Guarded {
     solver: Box<dyn Solver>,
-    watched: Vec<Watched>,
+    formulas: Vec<DrivingFormula>,
 }
 
 impl Guarded {
-    /// Watches the formulas of a solver.
-    pub fn new(solver: Box<dyn Solver>, watched: Vec<Watched>) -> Self {
-        Self { solver, watched }
+    /// A solver, with the formulas that are evaluated before its steps.
+    pub fn new(solver: Box<dyn Solver>, formulas: Vec<DrivingFormula>) -> Self {
+        Self { solver, formulas }
     }
 
     /// The first formula without a value at the start, in the middle or at the end of a step, at the places that
     /// `places` picks.
-    fn undefined<'a>(&'a self, t: f64, dt: f64, places: impl Fn(&'a Watched) -> &'a [[f64; 3]]) -> Option<StepError> {
+    fn undefined<'a>(
+        &'a self,
+        t: f64,
+        dt: f64,
+        places: impl Fn(&'a DrivingFormula) -> &'a [[f64; 3]],
+    ) -> Option<StepError> {
         let times = [t, t + 0.5 * dt, t + dt];
-        self.watched.iter().find_map(|watched| {
-            let Watched { key, signal, .. } = watched;
-            let tried = times.iter().flat_map(|&time| places(watched).iter().map(move |&x| (time, x)));
+        self.formulas.iter().find_map(|formula| {
+            let DrivingFormula { key, signal, .. } = formula;
+            let tried = times.iter().flat_map(|&time| places(formula).iter().map(move |&x| (time, x)));
             let (time, position, value) =
                 tried.map(|(time, x)| (time, x, signal.value(x, time))).find(|(_, _, value)| !value.is_finite())?;
             let what = format!("the formula of `{key}` has no value");
@@ -53,7 +58,7 @@ impl Guarded {
     /// The error of a step, or that of a formula which has no value where the step failed.
     fn explained(&self, t: f64, dt: f64, error: StepError) -> StepError {
         let failed = error.place.position().filter(|x| x.iter().all(|c| c.is_finite()));
-        let places = |watched: &Watched| if watched.on_boundary { &[][..] } else { failed.as_slice() };
+        let places = |formula: &DrivingFormula| if formula.on_boundary { &[][..] } else { failed.as_slice() };
         let Some(found) = self.undefined(t, dt, places) else { return error };
         StepError { place: error.place, ..found }
     }
@@ -85,7 +90,7 @@ impl Solver for Guarded {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        self.undefined(t, dt, |watched| &watched.places).map_or(Ok(()), Err)?;
+        self.undefined(t, dt, |formula| &formula.places).map_or(Ok(()), Err)?;
         self.solver.step(t, dt).map_err(|error| self.explained(t, dt, error))
     }
 
@@ -163,16 +168,16 @@ mod tests {
 
     #[test]
     fn a_formula_without_a_value_where_a_step_failed_is_named() {
-        let watched = |formula: &str, on_boundary| {
+        let driven = |formula: &str, on_boundary| {
             let signal = Signal::formula(formula).unwrap();
-            let watched = Watched { key: "load".into(), signal, places: Vec::new(), on_boundary };
-            Guarded::new(Box::new(Failing), vec![watched])
+            let formula = DrivingFormula { key: "load".into(), signal, places: Vec::new(), on_boundary };
+            Guarded::new(Box::new(Failing), vec![formula])
         };
-        let guarded = |formula| watched(formula, false);
+        let guarded = |formula| driven(formula, false);
         let error = guarded("sqrt(1.9 - x)").step(0.5, 0.1).unwrap_err();
         assert_eq!((error.what.as_str(), error.time), ("the formula of `load` has no value", 0.5));
         assert!(matches!(error.place, Place::Node { index: 3, .. }));
-        let elsewhere = [guarded("sqrt(2.1 - x)"), watched("sqrt(1.9 - x)", true)];
+        let elsewhere = [guarded("sqrt(2.1 - x)"), driven("sqrt(1.9 - x)", true)];
         for error in elsewhere.map(|mut solver| solver.step(0.5, 0.1).unwrap_err()) {
             assert_eq!(error.what, "a force is not a number");
         }

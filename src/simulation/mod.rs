@@ -17,7 +17,7 @@ mod timer;
 pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
-pub use guard::{Guarded, Watched};
+pub use guard::{DrivingFormula, Guarded};
 pub use ledger::{BalanceTerm, CompensatedSum, Ledger, LedgerSums, TermId, TermKind};
 pub use progress::{Event, Observer, Progress, RunSummary};
 pub use run::{LEAST_STEPS, Plan, Simulation};

@@ -137,8 +137,8 @@ impl Simulation {
         }
     }
 
-    /// Adds something that looks at the state at its intervals.
-    pub fn watch(&mut self, monitor: Box<dyn Monitor>) {
+    /// Adds a monitor, which sees the state at its intervals.
+    pub fn add_monitor(&mut self, monitor: Box<dyn Monitor>) {
         self.monitors.push((Schedule::every(monitor.interval()), monitor));
     }
 

@@ -19,7 +19,7 @@ pub use table::render;
 use crate::catalog::EXPECTED_FILE;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::history::HistoryTable;
-use crate::output::plot::{CurveShape, Level as PlotLevel, PhaseReference, ReferenceCurve};
+use crate::output::plot::{CurveShape, HorizontalLine, PhaseReference, ReferenceCurve};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
 use curve::Curve;
 use std::io;
@@ -126,7 +126,7 @@ fn levels(checks: &[expected::Check]) -> Vec<ReferenceCurve> {
     for check in checks {
         let label = check.source.split(": ").next().unwrap_or_default();
         let x = [check.from, check.until];
-        let own: Vec<PlotLevel> = check.levels(checks).into_iter().map(|y| PlotLevel { y, x }).collect();
+        let own: Vec<HorizontalLine> = check.levels(checks).into_iter().map(|y| HorizontalLine { y, x }).collect();
         let same =
             |one: &&mut ReferenceCurve| one.history == check.history && one.column == check.value && one.label == label;
         match all.iter_mut().find(same) {

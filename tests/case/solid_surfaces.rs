@@ -201,7 +201,8 @@ fn a_surface_that_elements_stay_off_is_named() {
     assert_eq!(found(""), []);
 }
 
-/// What doesn't fit elements of a given length says where, and what helps; so does a file that is open.
+/// The finding on a part that doesn't fit elements of a given length says where, and what helps; one on a surface that
+/// is open says so.
 #[test]
 fn a_surface_that_cannot_be_meshed_is_refused() {
     let cup = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.4, 0.5], [0.4, 0.1], [0.0, 0.1]];

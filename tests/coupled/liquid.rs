@@ -11,7 +11,7 @@ const RADIUS: f64 = 0.1;
 const CELL: f64 = 0.0125;
 
 fn water() -> Box<dyn PointLaw> {
-    let eos = EquationsOfState::Linear(eos::Linear { sound_speed: 20.0, tensile_strength: 0.0 });
+    let eos = EquationsOfState::LinearLiquid(eos::LinearLiquid { sound_speed: 20.0, tensile_strength: 0.0 });
     Box::new(Fluid { density: 1000.0, viscosity: 1e-3, bulk_viscosity: Default::default(), eos })
 }
 

@@ -123,7 +123,7 @@ fn moving_obstacles_do_work_on_a_strip() {
 /// momentum is what gravity and the obstacle gave.
 #[test]
 fn a_light_sheet_under_water_on_an_obstacle_holds_the_water() {
-    let eos = lateen::material::EquationsOfState::Linear(lateen::material::eos::Linear {
+    let eos = lateen::material::EquationsOfState::LinearLiquid(lateen::material::eos::LinearLiquid {
         sound_speed: 20.0,
         tensile_strength: 0.0,
     });

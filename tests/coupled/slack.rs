@@ -18,7 +18,7 @@ fn wrinkling(n: u32, place: impl Fn(f64) -> [f64; 2]) -> MembraneSetup<2> {
 }
 
 fn water() -> Box<dyn PointLaw> {
-    let eos = EquationsOfState::Linear(eos::Linear { sound_speed: 20.0, tensile_strength: 0.0 });
+    let eos = EquationsOfState::LinearLiquid(eos::LinearLiquid { sound_speed: 20.0, tensile_strength: 0.0 });
     Box::new(Fluid { density: 1000.0, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 

@@ -72,7 +72,7 @@ fn ways() -> impl Iterator<Item = (Transfer, KernelKind)> {
 
 /// A liquid without strength whose particles part.
 fn water() -> Box<dyn PointLaw> {
-    let eos = EquationsOfState::Linear(eos::Linear { sound_speed: 90.0, tensile_strength: 0.0 });
+    let eos = EquationsOfState::LinearLiquid(eos::LinearLiquid { sound_speed: 90.0, tensile_strength: 0.0 });
     Box::new(Fluid { density: 1000.0, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 

@@ -52,7 +52,7 @@ pub fn rubber(density: f64, young: f64, poisson: f64) -> Box<dyn PointLaw> {
 }
 
 pub fn liquid(density: f64, sound_speed: f64) -> Box<dyn PointLaw> {
-    let eos = EquationsOfState::Linear(eos::Linear { sound_speed, tensile_strength: f64::INFINITY });
+    let eos = EquationsOfState::LinearLiquid(eos::LinearLiquid { sound_speed, tensile_strength: f64::INFINITY });
     Box::new(Fluid { density, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 

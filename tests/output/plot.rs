@@ -3,7 +3,8 @@
 
 use lateen::output::image::Image;
 use lateen::output::plot::{
-    CurveShape, Data, Level, PhaseReference, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
+    CurveShape, Data, HorizontalLine, PhaseReference, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run,
+    to_image, to_svg,
 };
 use std::fs;
 use std::path::PathBuf;
@@ -77,7 +78,7 @@ fn values_are_drawn_as_levels_beside_all_columns_of_a_unit() {
     fs::create_dir_all(&histories).unwrap();
     let rows = (0..=100).map(|n| 0.01 * f64::from(n)).map(|t| format!("{t},{},{}\n", (20.0 * t).sin(), 0.3 * t));
     fs::write(histories.join("tip.csv"), format!("time [s],x [m],y [m]\n{}", rows.collect::<String>())).unwrap();
-    let levels = [-1.0, 1.0].map(|y| Level { y, x: [0.4, f64::INFINITY] });
+    let levels = [-1.0, 1.0].map(|y| HorizontalLine { y, x: [0.4, f64::INFINITY] });
     let reference = ReferenceCurve {
         history: "tip".into(),
         column: "x".into(),

@@ -143,7 +143,7 @@ const PLAN: Plan = Plan { end: 2.0, step: None, checkpoint_every: Duration::MAX 
 
 fn simulation(solver: Oscillator, plan: Plan, rows: &Rows, saved: &Saved) -> Simulation {
     let mut simulation = Simulation::new(Box::new(solver), plan);
-    simulation.watch(Box::new(Recorder { interval: 0.1, rows: rows.clone(), full_after: usize::MAX }));
+    simulation.add_monitor(Box::new(Recorder { interval: 0.1, rows: rows.clone(), full_after: usize::MAX }));
     simulation.keep_checkpoints(Box::new(Memory(saved.clone())));
     simulation
 }
@@ -164,7 +164,7 @@ fn outputs_change_no_step() {
     let ends = [0.1, 0.001, 0.37, f64::INFINITY].map(|interval| {
         let (rows, saved) = (Rows::default(), Saved::default());
         let mut run = Simulation::new(Box::new(Oscillator::new()), PLAN);
-        run.watch(Box::new(Recorder { interval, rows: rows.clone(), full_after: usize::MAX }));
+        run.add_monitor(Box::new(Recorder { interval, rows: rows.clone(), full_after: usize::MAX }));
         run.keep_checkpoints(Box::new(Memory(saved.clone())));
         run.run().unwrap();
         let expected = if interval.is_finite() { (2.0 / interval + 1e-9) as usize + 1 } else { 2 };
@@ -248,7 +248,7 @@ fn a_failed_run_returns_to_the_state_before_the_failed_step() {
 fn a_full_disk_stops_the_run_with_an_input_output_error() {
     let saved = Saved::default();
     let mut run = Simulation::new(Box::new(Oscillator::new()), PLAN);
-    run.watch(Box::new(Recorder { interval: 0.1, rows: Rows::default(), full_after: 5 }));
+    run.add_monitor(Box::new(Recorder { interval: 0.1, rows: Rows::default(), full_after: 5 }));
     run.keep_checkpoints(Box::new(Memory(saved.clone())));
     let error = run.run().unwrap_err();
     assert_eq!(error.exit_code(), 4);

@@ -137,7 +137,7 @@ fn rooms(text: &str, beginning: &str) -> Vec<Vec<String>> {
     rows.take_while(|line| line.starts_with('|')).map(names).collect()
 }
 
-/// What is wrong with imports among rooms, each of which may import those below it in the list.
+/// Imports among rooms against their order: each may import those below it in the list.
 fn against(rooms: &[Vec<String>], imports: &Imports) -> Vec<String> {
     let place = |name: &String| rooms.iter().position(|row| row.contains(name));
     let mut wrong: Vec<String> =

@@ -19,7 +19,7 @@ use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
 use crate::math::{Signal, Vector, simd};
 use crate::mpm::{GridSetup, Mpm, Obstacle, Setup, Wall};
-use crate::simulation::{Guarded, Solver, Watched};
+use crate::simulation::{DrivingFormula, Guarded, Solver};
 use signals::TrialPoints;
 
 /// A case that is right: the solver in its first state, and what to say about it.
@@ -65,7 +65,7 @@ impl Case {
     fn mpm<const D: usize>(&self) -> Result<Model, Vec<Diagnostic>> {
         let mut assembly = Construction::new(self);
         let setup = assembly.mpm_setup::<D>();
-        let Construction { mut findings, watched, .. } = assembly;
+        let Construction { mut findings, formulas, .. } = assembly;
         if let Some(setup) = &setup {
             check::parts(self, setup, &mut findings);
         }
@@ -91,14 +91,14 @@ impl Case {
             return Err(findings);
         }
         self.locate(&mut findings);
-        Ok(Model { solver: guarded(solver, watched), summary, warnings: findings })
+        Ok(Model { solver: guarded(solver, formulas), summary, warnings: findings })
     }
 }
 
 /// A solver with the formulas that drive it, if there are any.
-fn guarded(solver: impl Solver + 'static, watched: Vec<Watched>) -> Box<dyn Solver> {
+fn guarded(solver: impl Solver + 'static, formulas: Vec<DrivingFormula>) -> Box<dyn Solver> {
     let solver: Box<dyn Solver> = Box::new(solver);
-    if watched.is_empty() { solver } else { Box::new(Guarded::new(solver, watched)) }
+    if formulas.is_empty() { solver } else { Box::new(Guarded::new(solver, formulas)) }
 }
 
 fn has_errors(findings: &[Diagnostic]) -> bool {
@@ -138,7 +138,7 @@ struct Construction<'c> {
     case: &'c Case,
     findings: Vec<Diagnostic>,
     /// Formulas that depend on the time or on the place.
-    watched: Vec<Watched>,
+    formulas: Vec<DrivingFormula>,
     /// Notes for the user on periods and conditions of the solids.
     notes: Vec<String>,
     /// Resolution of each solid along its way, where that can be foreseen.
@@ -147,7 +147,7 @@ struct Construction<'c> {
 
 impl<'c> Construction<'c> {
     fn new(case: &'c Case) -> Self {
-        Self { case, findings: Vec::new(), watched: Vec::new(), notes: Vec::new(), paths: Vec::new() }
+        Self { case, findings: Vec::new(), formulas: Vec::new(), notes: Vec::new(), paths: Vec::new() }
     }
 }
 
@@ -158,7 +158,7 @@ impl Construction<'_> {
         self.findings.push(finding);
     }
 
-    /// What the case asks of `mpm`; `None` if something is wrong.
+    /// The set-up of `mpm` that the case describes; `None` if something is wrong.
     fn mpm_setup<const D: usize>(&mut self) -> Option<Setup<D>> {
         let file = &self.case.file;
         let grid = self.grid::<D>(file.grid.as_ref()?);

@@ -4,7 +4,7 @@ use super::Construction;
 use crate::case::SignalSpec;
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::simulation::Watched;
+use crate::simulation::DrivingFormula;
 
 /// Places and times at which a signal is evaluated as a test.
 pub(super) struct TrialPoints {
@@ -20,7 +20,7 @@ pub(super) struct TrialPoints {
 const MOST_PLACES: usize = 512;
 
 /// Most places that a signal is tried at before every step.
-const WATCHED: usize = 8;
+const TRIED_EACH_STEP: usize = 8;
 
 /// A value so many times those on both sides of it is that of a pole, finite by rounding only.
 const SPIKE: f64 = 1e5;
@@ -126,9 +126,9 @@ impl Construction<'_> {
             return Signal::ZERO;
         }
         if !(samples.start || signal.is_steady() && signal.is_uniform()) {
-            let places = if signal.is_steady() { Vec::new() } else { samples.some(WATCHED).collect() };
+            let places = if signal.is_steady() { Vec::new() } else { samples.some(TRIED_EACH_STEP).collect() };
             let (signal, on_boundary) = (signal.clone(), samples.on_boundary);
-            self.watched.push(Watched { key: key.to_owned(), signal, places, on_boundary });
+            self.formulas.push(DrivingFormula { key: key.to_owned(), signal, places, on_boundary });
         }
         signal
     }

@@ -70,9 +70,10 @@ fn shear(flow: &FlowProperties, batch: &mut PointBatch<'_>) {
     }
 }
 
-/// The void that opens in a liquid which is pulled apart at its tension limit.
-trait Opening {
-    /// Void over liquid of particle `p`, θ.
+/// The void ratio θ of a liquid that is pulled apart at its tension limit: the volume of the void over that of the
+/// liquid.
+trait VoidRatio {
+    /// Void ratio of particle `p`.
     fn void(&self, p: usize) -> f64;
     /// Sets it.
     fn set(&mut self, p: usize, void: f64);
@@ -81,7 +82,7 @@ trait Opening {
 /// Gases, and liquids that bear any tension.
 struct Whole;
 
-impl Opening for Whole {
+impl VoidRatio for Whole {
     #[inline(always)]
     fn void(&self, _: usize) -> f64 {
         0.0
@@ -94,7 +95,7 @@ impl Opening for Whole {
 /// Liquids with a least pressure: θ by particle.
 struct Voids<'a>(&'a mut [f64]);
 
-impl Opening for Voids<'_> {
+impl VoidRatio for Voids<'_> {
     #[inline(always)]
     fn void(&self, p: usize) -> f64 {
         self.0[p]
@@ -107,7 +108,7 @@ impl Opening for Voids<'_> {
 }
 
 /// Compresses a batch, with artificial viscosity `shock` unless there is none; gives the voids back.
-fn compress<E: EquationOfState + ?Sized, O: Opening>(
+fn compress<E: EquationOfState + ?Sized, O: VoidRatio>(
     eos: &E,
     density: f64,
     batch: &mut PointBatch<'_>,
@@ -129,7 +130,7 @@ struct Compress<'a, 'b, E: ?Sized, O, Q> {
     shock: Q,
 }
 
-impl<E: EquationOfState + ?Sized, O: Opening, Q: Fn(f64, f64, f64) -> Shock> Task for Compress<'_, '_, E, O, Q> {
+impl<E: EquationOfState + ?Sized, O: VoidRatio, Q: Fn(f64, f64, f64) -> Shock> Task for Compress<'_, '_, E, O, Q> {
     type Output = O;
 
     /// Nothing branches inside the loop, so that it becomes vectors.

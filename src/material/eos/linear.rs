@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// Linear liquid: p = c0² (ρ − ρ0); the energy does not act back.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub struct Linear {
+#[serde(rename = "Linear", rename_all = "kebab-case", deny_unknown_fields)]
+pub struct LinearLiquid {
     /// Speed of sound c0. Ten times the largest speed keeps changes of density below 1 %.
     #[schemars(extend("unit" = "m/s", "exclusiveMinimum" = 0.0))]
     pub sound_speed: f64,
@@ -18,7 +18,7 @@ pub struct Linear {
     pub tensile_strength: f64,
 }
 
-impl EquationOfState for Linear {
+impl EquationOfState for LinearLiquid {
     fn phase(&self) -> MaterialKind {
         MaterialKind::Liquid
     }
@@ -36,7 +36,7 @@ impl EquationOfState for Linear {
 
 #[cfg(test)]
 mod tests {
-    use super::Linear;
+    use super::LinearLiquid;
     use crate::material::StartState;
     use crate::material::eos::EquationsOfState;
     use crate::material::testing::{TestParticle, check_law, fluid};
@@ -44,17 +44,17 @@ mod tests {
 
     #[test]
     fn passes_the_common_checks() {
-        let eos = Linear { sound_speed: 30.0, tensile_strength: 0.0 };
+        let eos = LinearLiquid { sound_speed: 30.0, tensile_strength: 0.0 };
         check_law(
-            &fluid(1000.0, EquationsOfState::Linear(eos)),
+            &fluid(1000.0, EquationsOfState::LinearLiquid(eos)),
             StartState { pressure: Some(1e4), ..StartState::default() },
         );
     }
 
     #[test]
     fn tension_ends_at_the_strength() {
-        let eos = Linear { sound_speed: 30.0, tensile_strength: 500.0 };
-        let law = fluid(1000.0, EquationsOfState::Linear(eos));
+        let eos = LinearLiquid { sound_speed: 30.0, tensile_strength: 500.0 };
+        let law = fluid(1000.0, EquationsOfState::LinearLiquid(eos));
         let mut sample = TestParticle::new(&law, StartState::default());
         sample.step(&law, Tensor::identity() * 1e-4, 1.0);
         let exact = 900.0 * 1000.0 * ((-3e-4f64).exp() - 1.0);

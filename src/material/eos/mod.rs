@@ -23,7 +23,7 @@ mod tait;
 pub use flow::FlowProperties;
 pub use ideal_gas::IdealGas;
 pub use jwl::Jwl;
-pub use linear::Linear;
+pub use linear::LinearLiquid;
 pub use mie_gruneisen::{MieGruneisen, Tension};
 pub use polynomial::Polynomial;
 pub use stiffened_gas::StiffenedGas;
@@ -40,7 +40,7 @@ registry! {
         "stiffened-gas" => StiffenedGas,
         "mie-gruneisen" => MieGruneisen,
         "tait" => Tait,
-        "linear" => Linear,
+        "linear" => LinearLiquid,
         "polynomial" => Polynomial,
         "jwl" => Jwl,
     }

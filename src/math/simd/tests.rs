@@ -8,9 +8,9 @@ const B: [f64; WIDTH] = [-0.5, -1.5, 4.0, 0.0, 7.0, 8.5, -3.0, 2.0];
 
 /// All operations on A and B, all of them exact in these numbers.
 #[derive(Clone, Copy)]
-struct Operations;
+struct AllLaneOperations;
 
-impl Task for Operations {
+impl Task for AllLaneOperations {
     type Output = Vec<[f64; WIDTH]>;
 
     #[inline(always)]
@@ -72,7 +72,7 @@ fn every_kind_of_registers_computes_the_same() {
     ];
     expected.extend((0..WIDTH).map(|k| std::array::from_fn(|i| A[k] + i as f64)));
     expected.extend((0..3).map(|axis| std::array::from_fn(|k| (3 * k + axis) as f64)));
-    for output in each(Operations) {
+    for output in each(AllLaneOperations) {
         assert_eq!(output, expected);
     }
 }

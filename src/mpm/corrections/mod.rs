@@ -5,7 +5,7 @@
 //! V_p ← V_p (p_p / Σ N_Ip p_I)^β            `volumes`    theory A.12
 //! ```
 //!
-//! What they do is booked in the ledger; neither keeps a state.
+//! Both are booked in the ledger, and keep no state.
 
 pub(in crate::mpm) mod shifting;
 pub(in crate::mpm) mod volumes;

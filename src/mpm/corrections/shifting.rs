@@ -62,9 +62,9 @@ const MARGIN: f64 = 0.25;
 /// Nodes with less free volume than this, as a share of that of a free node, say nothing about an excess.
 const LEAST_FREE_VOLUME: f64 = 0.3;
 
-/// The grid, and what surrounds the bodies on it.
+/// The grid and the walls among which bodies are corrected, and the executor of their sums.
 #[derive(Clone, Copy)]
-pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
+pub(in crate::mpm) struct GridContext<'a, const D: usize> {
     /// The grid.
     pub grid: &'a Grid<D>,
     /// Ghosts of the grid.
@@ -80,7 +80,7 @@ pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
 pub(in crate::mpm) fn even_out<const D: usize>(
     steps: u64,
     dt: f64,
-    surroundings: Surroundings<'_, D>,
+    context: GridContext<'_, D>,
     bodies: &mut [Body<D>],
     contact: &mut Contacts<D>,
 ) -> Vec<f64> {
@@ -89,11 +89,11 @@ pub(in crate::mpm) fn even_out<const D: usize>(
         return Vec::new();
     }
     let mut works = Vec::new();
-    for field in 0..surroundings.grid.fields.len() {
+    for field in 0..context.grid.fields.len() {
         let liquid = in_field(bodies, field).find(|body| is_liquid(body));
         if let Some(kernel) = liquid.map(|body| body.kernel) {
-            let excess = find_excess(surroundings, field, kernel, bodies, contact);
-            works.push(apply_excess(surroundings, field, bodies, &excess, dt * EVERY as f64));
+            let excess = find_excess(context, field, kernel, bodies, contact);
+            works.push(apply_excess(context, field, bodies, &excess, dt * EVERY as f64));
         }
     }
     works
@@ -101,13 +101,13 @@ pub(in crate::mpm) fn even_out<const D: usize>(
 
 /// c_I of a field, ghosts filled.
 fn find_excess<const D: usize>(
-    surroundings: Surroundings<'_, D>,
+    context: GridContext<'_, D>,
     field: usize,
     kernel: Kernel,
     bodies: &mut [Body<D>],
     contact: &mut Contacts<D>,
 ) -> Vec<[f64; 1]> {
-    let Surroundings { grid, ghosts, executor, .. } = surroundings;
+    let GridContext { grid, ghosts, executor, .. } = context;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
     for body in in_field_mut(bodies, field) {
         let targets = Targets::Sums(&mut sums);
@@ -115,7 +115,7 @@ fn find_excess<const D: usize>(
     }
     ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
-    let free = free_volumes(surroundings, field, kernel, &reached, bodies, contact);
+    let free = free_volumes(context, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
     for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
         let filled =
@@ -144,7 +144,7 @@ fn find_excess<const D: usize>(
 /// The free volume around each node that particles of a field reach, which walls, obstacles and sheets leave, over the
 /// volume of a cell.
 fn free_volumes<const D: usize>(
-    Surroundings { grid, walls, .. }: Surroundings<'_, D>,
+    GridContext { grid, walls, .. }: GridContext<'_, D>,
     field: usize,
     kernel: Kernel,
     reached: &(impl Fn(usize) -> bool + Sync),
@@ -168,7 +168,7 @@ fn free_volumes<const D: usize>(
 
 /// Sets the shifts of the liquids in a field [m], and takes from their volumes; returns the work of that [J].
 fn apply_excess<const D: usize>(
-    Surroundings { grid, ghosts, .. }: Surroundings<'_, D>,
+    GridContext { grid, ghosts, .. }: GridContext<'_, D>,
     field: usize,
     bodies: &mut [Body<D>],
     excess: &[[f64; 1]],
@@ -233,7 +233,7 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
 /// on their sides of the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after
 /// particles and sheets have moved.
 pub(in crate::mpm) fn displace<const D: usize>(
-    Surroundings { grid, walls, .. }: Surroundings<'_, D>,
+    GridContext { grid, walls, .. }: GridContext<'_, D>,
     bodies: &mut [Body<D>],
     coupling: &mut Coupling<D>,
     step: &LeapfrogStep,

@@ -22,7 +22,7 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
-use super::shifting::Surroundings;
+use super::shifting::GridContext;
 use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::executor::{Scattering, Targets};
@@ -50,7 +50,7 @@ const TASK: usize = 1024;
 /// Leads the volumes of ideal gases to the grid's, every few steps, in fields that such a gas has to itself.
 pub(in crate::mpm) fn correct<const D: usize>(
     steps: u64,
-    Surroundings { grid, ghosts, walls, executor }: Surroundings<'_, D>,
+    GridContext { grid, ghosts, walls, executor }: GridContext<'_, D>,
     bodies: &mut [Body<D>],
     contact: &Contacts<D>,
 ) {

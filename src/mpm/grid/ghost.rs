@@ -16,8 +16,8 @@
 //! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
 //! hands to a node further inside belongs to the place of that node (`kernel::Weights`).
 //!
-//! Where solids meet a wall at its surface, they have nodes beyond it as on both sides of an obstacle (`wall::domain`):
-//! ghosts there are no ghosts of their field.
+//! Solids that meet a wall at its surface have nodes beyond it as on both sides of an obstacle (`wall::domain`): ghosts
+//! there are no ghosts of their field.
 //!
 //! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right: a node
 //! beyond two walls is a ghost of both axes, of which the second finds nothing where the first has folded it, and the

@@ -11,7 +11,7 @@
 //!
 //! Among the neighbours is always a node that the same particles reach well.
 //!
-//! Where a particle is at the end of a smooth shape function only rounding is left of m_I and p_I; what ghosts take of
+//! With a particle at the end of a smooth shape function only rounding is left of m_I and p_I; what ghosts take of
 //! the rows next to walls leaves them their mass (`ghost/limit.rs`). Such a node moves as its neighbours do on average,
 //! v_I = Σ m_J v_J / Σ m_J.
 

@@ -270,9 +270,11 @@ fn material_axes(tangents: [Vector<3>; 2], warp: Option<Vector<3>>) -> [Vector<3
 pub(super) fn bisector_axes([g1, g2]: [Vector<3>; 2]) -> [Vector<3>; 2] {
     let (u, v) = (g1 * (1.0 / g1.norm()), g2 * (1.0 / g2.norm()));
     let unit = |w: Vector<3>| w * (1.0 / w.norm());
-    // Lian (35–38).
-    let (alpha, beta) = (unit(u + v), unit(v - u));
-    [(alpha - beta) * std::f64::consts::FRAC_1_SQRT_2, (alpha + beta) * std::f64::consts::FRAC_1_SQRT_2]
+    let alpha = unit(u + v); // Lian (35)
+    let beta = unit(v - u); // Lian (36)
+    let e1 = (alpha - beta) * std::f64::consts::FRAC_1_SQRT_2; // Lian (37)
+    let e2 = (alpha + beta) * std::f64::consts::FRAC_1_SQRT_2; // Lian (38)
+    [e1, e2]
 }
 
 /// Duals of the stress-free tangents in the material axes: the inverse of their components.

@@ -230,7 +230,7 @@ fn resist_at<S: ElementShape<N>, const N: usize>(
         Some(reference) => total_form(&here, &metric, parameters, sheet, block, reference),
     };
     let [t11, t22, t12] = all.tension;
-    // Lian (42–44), along the tangents.
+    // Lian (42), Lian (43), along the tangents: vectors of space, as Lian (44) makes of them.
     Resisted { on: S::resultants(now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22, point), all }
 }
 

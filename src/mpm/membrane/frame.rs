@@ -25,6 +25,7 @@ impl BisectingFrame {
         let half = ElementLanes::splat(0.5) / lengths;
         let (sin, cos) = (m.det.sqrt() * half, m.c * half);
         let inverse = ElementLanes::splat(1.0) / m.det;
+        // In place of the matrix of Lian (39): theory (C.7).
         Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
     }
 

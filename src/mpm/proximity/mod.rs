@@ -91,7 +91,7 @@ impl<const D: usize> Proximity<D> {
 
     /// Surveys the sheets if nodes have moved far enough, after `work` elements and particles were moved; `t` is the
     /// end of the sub-step [s].
-    pub fn watch(&mut self, membranes: &[Membrane<D>], work: u64, t: f64) {
+    pub fn survey_if_due(&mut self, membranes: &[Membrane<D>], work: u64, t: f64) {
         self.work += work as f64;
         let (sheets, count) = (membranes.len(), self.layout.count() as f64);
         if self.work < 0.0 || self.reported.len() == sheets * (sheets + 1) / 2 {

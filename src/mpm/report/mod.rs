@@ -31,7 +31,7 @@ impl<const D: usize> Solver for Mpm<D> {
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         let StepCount { bound, steps, .. } = self.clock;
         self.clock = StepCount { dt_previous: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
-        self.notices.watch(self.clock.steps, t + dt, &self.energy, &self.coupling);
+        self.notices.check(self.clock.steps, t + dt, &self.energy, &self.coupling);
         Ok(())
     }
 

@@ -82,15 +82,15 @@ impl Notices {
         self.said.misfit()
     }
 
-    /// Looks at the ledger every few steps; `t` is the end of step number `steps` [s].
-    pub fn watch<const D: usize>(&mut self, steps: u64, t: f64, energy: &Energy, coupling: &Coupling<D>) {
+    /// Checks the ledger every few steps; `t` is the end of step number `steps` [s].
+    pub fn check<const D: usize>(&mut self, steps: u64, t: f64, energy: &Energy, coupling: &Coupling<D>) {
         if steps.is_multiple_of(EVERY) {
-            self.look(&Reading::new(energy, coupling, self.scales.internal_start), t);
+            self.check_reading(&Reading::new(energy, coupling, self.scales.internal_start), t);
         }
     }
 
-    /// Looks at the ledger at time `t` [s].
-    fn look(&mut self, reading: &Reading, t: f64) {
+    /// Checks the ledger at time `t` [s].
+    fn check_reading(&mut self, reading: &Reading, t: f64) {
         let EnergyScales { work, largest, .. } = &mut self.scales;
         *work = work.max(reading.work);
         *largest = largest.max(reading.largest).max(*work);
@@ -167,9 +167,9 @@ mod tests {
     #[test]
     fn an_energy_that_errors_rule_is_said_once_with_its_time() {
         let mut notices = Notices::new(0.0);
-        notices.look(&reading(-0.09, 0.39, 0.39), 0.5);
+        notices.check_reading(&reading(-0.09, 0.39, 0.39), 0.5);
         assert_eq!(notices.take(), Vec::<String>::new());
-        notices.look(&reading(-0.11, -0.42, 0.42), 0.75);
+        notices.check_reading(&reading(-0.11, -0.42, 0.42), 0.75);
         let said = notices.take();
         assert_eq!(said.len(), 3, "{said:?}");
         for (text, [name, percent]) in said.iter().zip([
@@ -179,7 +179,7 @@ mod tests {
         ]) {
             assert!(text.starts_with(name) && text.contains(percent) && text.contains("t = 0.7500 s"), "{text}");
         }
-        notices.look(&reading(-0.2, 0.5, 0.5), 1.0);
+        notices.check_reading(&reading(-0.2, 0.5, 0.5), 1.0);
         assert!(notices.take().is_empty());
     }
 
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn notices_before_a_checkpoint_are_not_said_again() {
         let mut first = Notices::new(3.0);
-        first.look(&reading(0.0, 0.5, 0.0), 0.5);
+        first.check_reading(&reading(0.0, 0.5, 0.0), 0.5);
         assert_eq!(first.take().len(), 1);
         let mut saved = Vec::new();
         first.columns(&mut |_, column| saved.push(column.data.bytes().to_vec()));
@@ -195,7 +195,7 @@ mod tests {
         let mut next = saved.iter();
         second.columns(&mut |_, column| assert!(column.data.replace(next.next().unwrap())));
         assert_eq!((second.misfit(), second.scales), (None, first.scales));
-        second.look(&reading(0.0, 0.6, 0.6), 0.75);
+        second.check_reading(&reading(0.0, 0.6, 0.6), 0.75);
         let said = second.take();
         assert!(said.len() == 1 && said[0].starts_with("`transfer dissipation`"), "{said:?}");
     }
@@ -205,10 +205,10 @@ mod tests {
     #[test]
     fn the_work_done_is_the_largest_so_far() {
         let mut notices = Notices::new(0.0);
-        notices.look(&reading(0.0, 0.3, 0.3), 0.5);
-        notices.look(&Reading { work: 1e-3, ..reading(0.0, 0.3, 0.3) }, 1.0);
+        notices.check_reading(&reading(0.0, 0.3, 0.3), 0.5);
+        notices.check_reading(&Reading { work: 1e-3, ..reading(0.0, 0.3, 0.3) }, 1.0);
         let mut rest = Notices::new(0.0);
-        rest.look(&Reading { work: 1e-14, ..reading(0.0, 1e-13, 1e-13) }, 1.0);
+        rest.check_reading(&Reading { work: 1e-14, ..reading(0.0, 1e-13, 1e-13) }, 1.0);
         assert!(notices.take().is_empty() && rest.take().is_empty());
     }
 }

@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn an_atmosphere_has_a_pressure_and_is_around_gases() {
-        let liquid = EquationsOfState::Linear(eos::Linear { sound_speed: 100.0, tensile_strength: 0.0 });
+        let liquid = EquationsOfState::LinearLiquid(eos::LinearLiquid { sound_speed: 100.0, tensile_strength: 0.0 });
         let bodies = [gas(0.0), gas(1e5), gas(-1.0), gas(f64::NAN), gas(f64::INFINITY), body(1e5, liquid)];
         let found = check(&bodies);
         let keys: Vec<_> = found.iter().map(|finding| finding.key.as_str()).collect();

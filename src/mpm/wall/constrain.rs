@@ -169,7 +169,7 @@ impl<const D: usize> Walls<D> {
     /// Applies the conditions that acted on a field's momentum to velocities at time `t` [s]. Returns their impulses on
     /// particles that take these velocities; velocities that only strain particles have none.
     ///
-    /// Where a contact acted in this step, the velocity along its normal is that of the wall, whatever its sign: if
+    /// At a contact that acted in this step, the velocity along the normal is that of the wall, whatever its sign: if
     /// only velocities into the wall were removed, the noise about zero would keep its other half, and a body at rest
     /// would be strained without end.
     pub fn constrain_velocity(

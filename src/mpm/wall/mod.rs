@@ -81,7 +81,7 @@ pub struct Walls<const D: usize> {
     solid_fields: Vec<bool>,
     /// Shape functions of the bodies.
     stencil: FoldedStencil<D>,
-    /// What acts on each velocity field during a step.
+    /// Forces on each velocity field during a step.
     field_reactions: Vec<FieldReaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,

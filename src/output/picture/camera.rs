@@ -20,9 +20,9 @@ pub(super) struct Camera {
     pub scale: f64,
 }
 
-/// A point as the camera sees it.
+/// A point projected into the image, with its depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct ProjectedPoint {
     /// Pixels from the left.
     pub x: f64,
     /// Pixels from the top.
@@ -57,9 +57,9 @@ impl Camera {
     }
 
     /// Projects a point [m] into the image.
-    pub fn see(&self, point: [f64; 3]) -> Seen {
+    pub fn project(&self, point: [f64; 3]) -> ProjectedPoint {
         let from_target = (Vector(point) - self.target) * self.scale;
-        Seen {
+        ProjectedPoint {
             x: self.middle[0] + from_target.dot(self.right),
             y: self.middle[1] - from_target.dot(self.up),
             near: from_target.dot(self.back),
@@ -67,9 +67,9 @@ impl Camera {
     }
 
     /// The point [m] at a place of the image.
-    pub fn point(&self, seen: Seen) -> [f64; 3] {
-        let [x, y] = [seen.x - self.middle[0], self.middle[1] - seen.y];
-        (self.target + (self.right * x + self.up * y + self.back * seen.near) / self.scale).0
+    pub fn point(&self, projected: ProjectedPoint) -> [f64; 3] {
+        let [x, y] = [projected.x - self.middle[0], self.middle[1] - projected.y];
+        (self.target + (self.right * x + self.up * y + self.back * projected.near) / self.scale).0
     }
 
     /// A direction in the camera's frame: right, up, towards the eye.
@@ -87,8 +87,11 @@ mod tests {
     #[test]
     fn the_top_view_maps_a_square_to_the_rectangle() {
         let camera = Camera::new([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], BOX, [10.0, 20.0, 210.0, 220.0]);
-        let seen = camera.see([-1.0, 1.0, 0.25]);
-        assert!((seen.x - 10.0).abs() < 1e-9 && (seen.y - 20.0).abs() < 1e-9 && seen.near.abs() < 1e-9, "{seen:?}");
+        let projected = camera.project([-1.0, 1.0, 0.25]);
+        assert!(
+            (projected.x - 10.0).abs() < 1e-9 && (projected.y - 20.0).abs() < 1e-9 && projected.near.abs() < 1e-9,
+            "{projected:?}"
+        );
         assert_eq!(camera.scale, 100.0);
     }
 
@@ -97,9 +100,9 @@ mod tests {
         for view in [[1.0, -2.0, 0.6], [0.0, 0.0, -3.0], [0.0, 1.0, 0.0]] {
             let camera = Camera::new(view, [0.0, 0.0, 1.0], BOX, [0.0, 0.0, 300.0, 100.0]);
             for corner in [BOX[0], BOX[1], [1.0, -1.0, 0.5]] {
-                let seen = camera.see(corner);
-                assert!((-1e-9..=300.0 + 1e-9).contains(&seen.x) && (-1e-9..=100.0 + 1e-9).contains(&seen.y));
-                assert!((Vector(camera.point(seen)) - Vector(corner)).norm() < 1e-12);
+                let projected = camera.project(corner);
+                assert!((-1e-9..=300.0 + 1e-9).contains(&projected.x) && (-1e-9..=100.0 + 1e-9).contains(&projected.y));
+                assert!((Vector(camera.point(projected)) - Vector(corner)).norm() < 1e-12);
             }
         }
     }
@@ -107,7 +110,7 @@ mod tests {
     #[test]
     fn points_nearer_to_the_eye_are_seen_nearer() {
         let camera = Camera::new([1.0, -2.0, 0.6], [0.0, 0.0, 1.0], BOX, [0.0, 0.0, 300.0, 100.0]);
-        assert!(camera.see([0.1, -0.2, 0.06]).near > camera.see([0.0; 3]).near);
-        assert!(camera.see([0.0, 0.0, 0.1]).y < camera.see([0.0; 3]).y, "up is up");
+        assert!(camera.project([0.1, -0.2, 0.06]).near > camera.project([0.0; 3]).near);
+        assert!(camera.project([0.0, 0.0, 0.1]).y < camera.project([0.0; 3]).y, "up is up");
     }
 }

@@ -27,7 +27,7 @@ use super::ticks::{Shown, Ticks};
 use crate::error::{Diagnostic, Error, Result};
 use crate::simulation::{Monitor, Snapshot};
 use annotate::{Notes, annotate};
-use camera::{Camera, STANDARD_VIEW, Seen};
+use camera::{Camera, ProjectedPoint, STANDARD_VIEW};
 use light::Lamps;
 use raster::{Buffer, Finish, ImplicitSolid, Outlook, Primitive};
 use scene::Scene;
@@ -201,12 +201,12 @@ impl Picture {
     /// The edges of the frame, but those that would lie before the model.
     fn outline(&self, dimension: usize, pixel: f64) -> Vec<Primitive> {
         let corner = |n: usize| std::array::from_fn(|i| self.frame[n >> i & 1][i]);
-        let near = |n: usize| self.camera.see(corner(n)).near;
+        let near = |n: usize| self.camera.project(corner(n)).near;
         let nearest = (0..8).max_by(|&a, &b| near(a).total_cmp(&near(b))).unwrap_or(0);
         let pairs = (0..8).flat_map(|n| (0..dimension).map(move |axis| (n, n | 1 << axis))).filter(|(a, b)| a != b);
         let behind = |&(a, b): &(usize, usize)| if dimension == 2 { b < 4 } else { a != nearest && b != nearest };
         let stroke = |(a, b)| {
-            let ends = [corner(a), corner(b)].map(|x| self.camera.see(x));
+            let ends = [corner(a), corner(b)].map(|x| self.camera.project(x));
             Primitive::Stroke { ends, radius: 0.7 * pixel, paint: [OUTLINE; 2] }
         };
         pairs.filter(behind).map(stroke).collect()
@@ -215,7 +215,7 @@ impl Picture {
     /// From the farthest to the nearest corner of the frame, in pixels towards the eye.
     fn depth(&self) -> [f64; 2] {
         let corner = |n: usize| -> [f64; 3] { std::array::from_fn(|i| self.frame[n >> i & 1][i]) };
-        let near = (0..8).map(|n| self.camera.see(corner(n))).map(|Seen { near, .. }| near);
+        let near = (0..8).map(|n| self.camera.project(corner(n))).map(|ProjectedPoint { near, .. }| near);
         near.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], near| [low.min(near), high.max(near)])
     }
 }

@@ -3,7 +3,7 @@
 //! The image is cut into bands of rows; each band is drawn by one thread, all shapes in their order, so
 //! the result doesn't depend on the number of threads.
 
-use super::camera::{Camera, Seen};
+use super::camera::{Camera, ProjectedPoint};
 use crate::math::Vector;
 use crate::output::colour::Rgb;
 use crate::parallel;
@@ -51,11 +51,11 @@ pub(super) enum Paint {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Primitive {
     /// A sphere (a disc when flat).
-    Ball { centre: Seen, radius: f64, colour: Rgb, finish: Finish },
+    Ball { centre: ProjectedPoint, radius: f64, colour: Rgb, finish: Finish },
     /// A triangle. `edges[i]` is half the width of the line along the edge opposite to corner `i`; none where 0.
-    Triangle { corners: [Seen; 3], normals: [Vector<3>; 3], paint: Paint, edges: [f32; 3] },
+    Triangle { corners: [ProjectedPoint; 3], normals: [Vector<3>; 3], paint: Paint, edges: [f32; 3] },
     /// A line with round ends.
-    Stroke { ends: [Seen; 2], radius: f64, paint: [Rgb; 2] },
+    Stroke { ends: [ProjectedPoint; 2], radius: f64, paint: [Rgb; 2] },
 }
 
 /// The depth buffer: the nearest surface at each pixel.
@@ -163,8 +163,8 @@ impl Outlook {
     pub fn new([width, height]: [usize; 2], obstacle: &ImplicitSolid<'_>, camera: &Camera) -> Self {
         let hit = |row: usize, column: usize| {
             let (x, y, near) = (column as f64 + 0.5, row as f64 + 0.5, obstacle.depth[1]);
-            let near = obstacle.first_hit(camera, Seen { x, y, near })?;
-            let normal = obstacle.normal(camera, Seen { x, y, near });
+            let near = obstacle.first_hit(camera, ProjectedPoint { x, y, near })?;
+            let normal = obstacle.normal(camera, ProjectedPoint { x, y, near });
             Some(Hit { column: column as u32, near: near as f32, normal })
         };
         let row = |row: usize| (0..width).filter_map(|column| hit(row, column)).collect();
@@ -183,7 +183,7 @@ pub(super) struct ImplicitSolid<'d> {
 
 impl ImplicitSolid<'_> {
     /// The first intersection of a line of sight with the surface.
-    fn first_hit(&self, camera: &Camera, from: Seen) -> Option<f64> {
+    fn first_hit(&self, camera: &Camera, from: ProjectedPoint) -> Option<f64> {
         /// Steps after which a line that grazes a surface gives up.
         const STEPS: usize = 200;
         let mut at = from;
@@ -209,10 +209,14 @@ impl ImplicitSolid<'_> {
     }
 
     /// Unit normal in the camera's frame, to the right and up.
-    fn normal(&self, camera: &Camera, at: Seen) -> [f32; 2] {
+    fn normal(&self, camera: &Camera, at: ProjectedPoint) -> [f32; 2] {
         let slope = |dx: f64, dy: f64, dz: f64| {
             let side = |s: f64| {
-                (self.distance)(camera.point(Seen { x: at.x + s * dx, y: at.y - s * dy, near: at.near + s * dz }))
+                (self.distance)(camera.point(ProjectedPoint {
+                    x: at.x + s * dx,
+                    y: at.y - s * dy,
+                    near: at.near + s * dz,
+                }))
             };
             side(1.0) - side(-1.0)
         };
@@ -299,7 +303,7 @@ impl ImageBand {
 }
 
 /// A sphere at a place of the image.
-fn ball(centre: Seen, radius: f64, colour: Rgb, finish: Finish, [x, y]: [f64; 2]) -> Option<Pixel> {
+fn ball(centre: ProjectedPoint, radius: f64, colour: Rgb, finish: Finish, [x, y]: [f64; 2]) -> Option<Pixel> {
     let (nx, ny) = ((x - centre.x) / radius, (centre.y - y) / radius);
     let inside = 1.0 - nx * nx - ny * ny;
     let near = centre.near + radius * inside.max(0.0).sqrt();
@@ -307,7 +311,7 @@ fn ball(centre: Seen, radius: f64, colour: Rgb, finish: Finish, [x, y]: [f64; 2]
 }
 
 /// A line with round ends at a place of the image.
-fn stroke([from, to]: &[Seen; 2], radius: f64, paint: [Rgb; 2], [x, y]: [f64; 2]) -> Option<Pixel> {
+fn stroke([from, to]: &[ProjectedPoint; 2], radius: f64, paint: [Rgb; 2], [x, y]: [f64; 2]) -> Option<Pixel> {
     let (dx, dy) = (to.x - from.x, to.y - from.y);
     let length = (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
     let along = (((x - from.x) * dx + (y - from.y) * dy) / length).clamp(0.0, 1.0);
@@ -319,7 +323,7 @@ fn stroke([from, to]: &[Seen; 2], radius: f64, paint: [Rgb; 2], [x, y]: [f64; 2]
 
 /// A triangle that is ready to be drawn.
 struct ScreenTriangle<'t> {
-    corners: [Seen; 3],
+    corners: [ProjectedPoint; 3],
     normals: [Vector<3>; 3],
     paint: Paint,
     edges: [f32; 3],
@@ -333,7 +337,7 @@ struct ScreenTriangle<'t> {
 impl<'t> ScreenTriangle<'t> {
     /// `None` if it is seen from its edge.
     fn new(
-        corners: [Seen; 3],
+        corners: [ProjectedPoint; 3],
         normals: [Vector<3>; 3],
         paint: Paint,
         edges: [f32; 3],
@@ -377,6 +381,6 @@ fn bounds(numbers: [f64; 3]) -> [f64; 2] {
 }
 
 /// Twice the signed area of a triangle.
-fn cross(p: &Seen, q: &Seen, [x, y]: [f64; 2]) -> f64 {
+fn cross(p: &ProjectedPoint, q: &ProjectedPoint, [x, y]: [f64; 2]) -> f64 {
     (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)
 }

@@ -1,6 +1,6 @@
 //! From a snapshot to shapes in pixels.
 
-use super::camera::{Camera, Seen};
+use super::camera::{Camera, ProjectedPoint};
 use super::raster::{Finish, Paint, Primitive};
 use super::skin::skin;
 use super::spec::{MeshLines, PictureSpec};
@@ -138,7 +138,9 @@ impl<'s> Scene<'s> {
         for (edge, _) in edges.into_iter().filter(|&(_, count)| count == 1) {
             let places = edge.map(|node| set.position[node as usize]);
             if !places.iter().any(|x| self.hidden(x)) {
-                let ends = places.map(|x| self.camera.see(x)).map(|end| Seen { near: end.near + 2.0 * RAISED, ..end });
+                let ends = places
+                    .map(|x| self.camera.project(x))
+                    .map(|end| ProjectedPoint { near: end.near + 2.0 * RAISED, ..end });
                 shapes.push(Primitive::Stroke { ends, radius: 0.6 * self.pixel, paint: [SOLID_EDGE; 2] });
             }
         }
@@ -175,7 +177,7 @@ impl<'s> Scene<'s> {
         let radius = 0.5 * swell * size * self.spec.particle_size * self.camera.scale;
         // Particles of less than a pixel would be lost between pixel centres.
         let radius = radius.max(0.75);
-        (!self.hidden(x)).then(|| Primitive::Ball { centre: self.camera.see(*x), radius, colour, finish })
+        (!self.hidden(x)).then(|| Primitive::Ball { centre: self.camera.project(*x), radius, colour, finish })
     }
 
     fn add_elements(&self, set: &SurfaceSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Primitive>) {
@@ -197,9 +199,9 @@ impl<'s> Scene<'s> {
         own: Rgb,
         shapes: &mut Vec<Primitive>,
     ) {
-        let seen: Vec<Seen> = set.position.iter().map(|x| self.camera.see(*x)).collect();
+        let projected: Vec<ProjectedPoint> = set.position.iter().map(|x| self.camera.project(*x)).collect();
         let normals = node_normals(set, faces, self.camera);
-        let line = self.line_width(faces, &seen);
+        let line = self.line_width(faces, &projected);
         for &(e, nodes) in faces {
             if nodes.iter().any(|&n| self.hidden(&set.position[n as usize])) {
                 continue;
@@ -211,7 +213,8 @@ impl<'s> Scene<'s> {
                 2 => {
                     let paint = [self.colour(value(nodes[0]), own), self.colour(value(nodes[1]), own)];
                     // Membranes lie over the particles.
-                    let ends = [seen[node(0)], seen[node(1)]].map(|end| Seen { near: end.near + 1e6, ..end });
+                    let ends = [projected[node(0)], projected[node(1)]]
+                        .map(|end| ProjectedPoint { near: end.near + 1e6, ..end });
                     shapes.push(Primitive::Stroke { ends, radius: 1.6 * self.pixel, paint });
                 }
                 count => (2..count).for_each(|last| {
@@ -221,7 +224,7 @@ impl<'s> Scene<'s> {
                     } else {
                         Paint::Solid(own)
                     };
-                    let (corners, normals) = (fan.map(|c| seen[node(c)]), fan.map(|c| normals[node(c)]));
+                    let (corners, normals) = (fan.map(|c| projected[node(c)]), fan.map(|c| normals[node(c)]));
                     let edges = fan_edges(line, last, count);
                     shapes.push(Primitive::Triangle { corners, normals, paint, edges });
                 }),
@@ -230,9 +233,9 @@ impl<'s> Scene<'s> {
     }
 
     /// Half the width of mesh lines [pixels]; none for elements that are too small.
-    fn line_width(&self, faces: &[(usize, &[u32])], seen: &[Seen]) -> f32 {
+    fn line_width(&self, faces: &[(usize, &[u32])], projected: &[ProjectedPoint]) -> f32 {
         let edges = faces.iter().filter(|(_, nodes)| nodes.len() > 2).map(|(_, nodes)| {
-            let [a, b] = [seen[nodes[0] as usize], seen[nodes[1] as usize]];
+            let [a, b] = [projected[nodes[0] as usize], projected[nodes[1] as usize]];
             (a.x - b.x).hypot(a.y - b.y).max((a.near - b.near).abs())
         });
         let (count, sum) = edges.fold((0.0, 0.0), |(count, sum), length| (count + 1.0, sum + length));

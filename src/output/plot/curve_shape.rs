@@ -1,6 +1,6 @@
 //! Shapes of references in a plot.
 
-use super::Level;
+use super::HorizontalLine;
 
 /// Shape of a reference in a plot.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,7 +10,7 @@ pub enum CurveShape {
     /// The area between (x, lower) and (x, upper).
     Band(Vec<[f64; 3]>),
     /// Values that hold over a span of time, open where it is infinite.
-    Levels(Vec<Level>),
+    Levels(Vec<HorizontalLine>),
 }
 
 impl CurveShape {
@@ -25,9 +25,9 @@ impl CurveShape {
         match self {
             Self::Points(points) => Self::Points(points.iter().map(|&[t, y]| [t + shift, y]).collect()),
             Self::Band(points) => Self::Band(points.iter().map(|&[t, low, high]| [t + shift, low, high]).collect()),
-            Self::Levels(levels) => {
-                Self::Levels(levels.iter().map(|level| Level { x: level.x.map(|t| t + shift), ..*level }).collect())
-            }
+            Self::Levels(levels) => Self::Levels(
+                levels.iter().map(|level| HorizontalLine { x: level.x.map(|t| t + shift), ..*level }).collect(),
+            ),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The design of a plot: title and legend above, light grid, curves, axes.
 
-use super::{Data, Level, PlotSeries, PlotSpec};
+use super::{Data, HorizontalLine, PlotSeries, PlotSpec};
 use crate::output::canvas::{Align, Canvas, Text, Weight, text_width};
 use crate::output::colour::{PALETTE, Rgb};
 use crate::output::ticks::{Shown, Ticks};
@@ -221,7 +221,7 @@ fn corners(data: &Data) -> Vec<[f64; 2]> {
 }
 
 /// The two ends of a level.
-fn ends(level: &Level) -> [[f64; 2]; 2] {
+fn ends(level: &HorizontalLine) -> [[f64; 2]; 2] {
     level.x.map(|x| [x, level.y])
 }
 

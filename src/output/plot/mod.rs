@@ -77,15 +77,15 @@ pub enum Data {
     /// The area between (x, lower) and (x, upper).
     Band(Vec<[f64; 3]>),
     /// Horizontal lines.
-    Levels(Vec<Level>),
+    Levels(Vec<HorizontalLine>),
 }
 
 /// A horizontal line, from one x to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
+pub struct HorizontalLine {
     /// Its height.
     pub y: f64,
-    /// Where it begins and ends.
+    /// Its ends.
     pub x: [f64; 2],
 }
 

@@ -1,6 +1,6 @@
 //! The plots of a whole run: every history with its references, the energies, and their closure.
 
-use super::{CurveShape, Data, Level, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
+use super::{CurveShape, Data, HorizontalLine, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
@@ -124,7 +124,7 @@ impl PlotSeries {
     }
 }
 
-impl Level {
+impl HorizontalLine {
     /// The part from the time `begin` to the time `end`, if there is one.
     fn within(&self, begin: f64, end: f64) -> Option<Self> {
         let x = [self.x[0].max(begin), self.x[1].min(end)];

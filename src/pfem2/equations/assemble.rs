@@ -37,7 +37,7 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
     pub equations: Equations,
     /// Sizes and boundary facets of the elements.
     pub mesh_data: &'a MeshData,
-    /// What fills the elements.
+    /// Contents of the elements.
     pub contents: &'a ElementContents<D, N>,
     /// Body force at the nodes [m/s²].
     pub force: &'a [Vector<D>],

@@ -1,4 +1,4 @@
-//! What fills the elements in a step, and the enriched equations of those that an interface cuts.
+//! Contents of the elements in a step, and the enriched equations of those that an interface cuts.
 
 use crate::math::Vector;
 use crate::mesh::Mesh;

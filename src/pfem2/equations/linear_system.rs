@@ -7,7 +7,7 @@ use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, SolveOutcome, Solve
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::solid::coupling::border::SolidBorder;
-use crate::pfem2::solid::coupling::dilatation::Dilatation;
+use crate::pfem2::solid::coupling::dilatation::GasDilatation;
 use crate::pfem2::solid::coupling::immersed::Immersed;
 
 /// Matrix and right-hand side of velocity and pressure, their solver, and the solution.
@@ -55,7 +55,7 @@ impl<const N: usize> LinearSystem<N> {
         mesh: &Mesh<D, N>,
         immersed: Option<&mut Immersed<D, N>>,
         constraints: &Constraints<D, N>,
-        dilatation: Option<Dilatation>,
+        dilatation: Option<GasDilatation>,
     ) -> Result<(), StepError> {
         let outcome = match immersed {
             Some(immersed) => self.solve_bordered(mesh, immersed, constraints, dilatation)?,
@@ -75,7 +75,7 @@ impl<const N: usize> LinearSystem<N> {
         mesh: &Mesh<D, N>,
         immersed: &mut Immersed<D, N>,
         constraints: &Constraints<D, N>,
-        dilatation: Option<Dilatation>,
+        dilatation: Option<GasDilatation>,
     ) -> Result<Result<SolveOutcome, NotConverged>, StepError> {
         let border = SolidBorder::new(mesh, immersed, constraints, &self.matrix, &mut self.rhs, dilatation);
         let mut border = border.ok_or_else(|| {

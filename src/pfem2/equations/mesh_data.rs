@@ -1,4 +1,4 @@
-//! What the equations take from the mesh and the conditions on its boundary, found once.
+//! Data of the mesh and of the conditions on its boundary that the equations need, found once.
 
 use super::outflow;
 use super::slip;

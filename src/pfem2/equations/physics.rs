@@ -5,7 +5,7 @@ use crate::pfem2::cut_element::Enrichment;
 use crate::pfem2::element::{Mass, Stabilisation};
 use crate::pfem2::fluid::FluidSetup;
 
-/// What stays the same during a run: fluids, tensions, the formula of gravity, and choices.
+/// Data that stay the same during a run: fluids, surface tensions, the formula of gravity, and choices.
 #[derive(Debug, Clone)]
 pub struct Physics<const D: usize> {
     /// The fluids.

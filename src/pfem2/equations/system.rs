@@ -29,7 +29,7 @@ use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::phases::FluidRegion;
 use crate::pfem2::phases::{Filling, Phases};
-use crate::pfem2::solid::coupling::dilatation::Dilatation;
+use crate::pfem2::solid::coupling::dilatation::GasDilatation;
 use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::ElementState;
 
@@ -53,7 +53,7 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub force: Vec<Vector<D>>,
     /// Constants of the last step.
     pub(in crate::pfem2) equations: Equations,
-    /// What filled the elements in the last step.
+    /// Contents of the elements in the last step.
     pub contents: ElementContents<D, N>,
     /// Unknowns that the boundary and solids prescribe.
     pub(super) prescribed: PrescribedUnknowns<D, N>,
@@ -141,7 +141,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// The gas that gives way to elastic solids where nothing opens the box.
-    fn dilatation(&self, phases: &Phases) -> Option<Dilatation> {
+    fn dilatation(&self, phases: &Phases) -> Option<GasDilatation> {
         let (immersed, pin) = (self.immersed.as_ref()?, self.boundary.pin.as_ref()?);
         if self.physics.fluids.len() < 2 {
             return None;
@@ -151,7 +151,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
                 Filling::Pure(fluid) if immersed.cut.state[e] == ElementState::Fluid => Some(fluid),
                 _ => None,
             });
-        Dilatation::of_gas(&self.mesh, &fluids, &self.contents.density, pin.node)
+        GasDilatation::of_gas(&self.mesh, &fluids, &self.contents.density, pin.node)
     }
 
     /// Fills matrix and right-hand side.

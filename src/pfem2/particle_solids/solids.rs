@@ -70,7 +70,7 @@ struct Mixture {
     density: f64,
 }
 
-/// What fills an element that holds solid.
+/// Content of an element that holds solid.
 struct SolidFilling<const D: usize, const N: usize> {
     /// Number of the solid.
     solid: usize,

@@ -112,7 +112,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         if weight > 0.0 {
             return old + sum / weight;
         }
-        // Becker (15), (21).
+        // Becker (15), Becker (21).
         old - law.bulk * solved.dt * gradient(mesh, e, solved.velocity).trace()
     }
 }

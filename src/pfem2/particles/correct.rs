@@ -13,8 +13,9 @@
 //! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
 //! step; what it takes from resolved motion is a viscosity of about h²/10T.
 //!
-//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their side of the interface;
-//! those without a heavy node in reach fall, δv = b dt (1 − ρ_light/ρ_heavy), with the body force b where they are.
+//! Projectiles, heavy particles in a light fluid (Becker (36); theory G.13), take the increments of their side of the
+//! interface; those without a heavy node in reach fall, δv = b dt (1 − ρ_light/ρ_heavy), with the body force b where
+//! they are.
 
 use super::convect::{Continued, Projectiles};
 use super::{Particles, interpolate_nodal};
@@ -34,17 +35,17 @@ pub struct Correction<'a, const D: usize> {
     pub velocity: &'a [Vector<D>],
     /// The share α of the mesh velocity.
     pub filter: f64,
-    /// Set if heavy particles may fly.
-    pub projectiles: Option<Flying<'a, D>>,
+    /// The correction of projectiles, if a fluid has any.
+    pub projectiles: Option<ProjectileCorrection<'a, D>>,
 }
 
-/// What heavy particles that may fly receive.
+/// Correction of projectiles.
 #[derive(Debug, Clone, Copy)]
-pub struct Flying<'a, const D: usize> {
-    /// Which particles may fly, and the body force on them.
+pub struct ProjectileCorrection<'a, const D: usize> {
+    /// The projectile rule: the fluids that it holds for, and the body force on them.
     pub rule: Projectiles<'a, D>,
-    /// Time for which they fall in the step, less what buoyancy takes of it, dt (1 − ρ_l/ρ_h) [s].
-    pub falling: f64,
+    /// Time for which projectiles fall in the step, less what buoyancy takes of it, dt (1 − ρ_l/ρ_h) [s].
+    pub fall_time: f64,
 }
 
 /// The share of the mesh velocity that removes noise within the time `relaxation` [s]: 1 − e^(−dt/T).
@@ -57,19 +58,19 @@ struct Heavy<'a, const D: usize> {
     /// Increments by fluid; none of a fluid that is no projectile.
     increment: Vec<Option<Continued<D>>>,
     velocity: Continued<D>,
-    flying: Flying<'a, D>,
+    projectiles: ProjectileCorrection<'a, D>,
 }
 
 impl<const D: usize> Particles<D> {
     /// Corrects the velocities of all particles.
     pub fn correct<const N: usize>(&mut self, mesh: &Mesh<D, N>, correction: &Correction<D>) {
         let &Correction { increment, velocity, filter, projectiles } = correction;
-        let heavy = projectiles.map(|flying @ Flying { rule, .. }| Heavy {
+        let heavy = projectiles.map(|projectiles @ ProjectileCorrection { rule, .. }| Heavy {
             increment: (rule.fluids.iter().zip(increment))
                 .map(|(&is_projectile, own)| is_projectile.then(|| Continued::new(mesh, own, rule.level)))
                 .collect(),
             velocity: Continued::new(mesh, velocity, rule.level),
-            flying,
+            projectiles,
         });
         let Self { position, velocity: v, phase, element, .. } = self;
         parallel::change(v, TASK, |p, v| {
@@ -87,7 +88,9 @@ impl<const D: usize> Particles<D> {
                     blend(&increment.values, &heavy.velocity.values)
                 }
                 // Theory (G.28).
-                Some((heavy, _)) => *v + heavy.flying.rule.body_force_at(&shape, nodes) * heavy.flying.falling,
+                Some((heavy, _)) => {
+                    *v + heavy.projectiles.rule.body_force_at(&shape, nodes) * heavy.projectiles.fall_time
+                }
                 None => blend(increment[own], velocity),
             };
         });

@@ -49,7 +49,7 @@ fn viscosity_and_inertia_act_on_solids_as_these_on_the_fluid() {
     }
 }
 
-/// What falls gives no more energy than it has, also where its sides lie on planes of the mesh.
+/// A falling bar gives off no more energy than gravity gives it, also where its sides lie on planes of the mesh.
 #[test]
 fn a_bar_on_planes_of_the_mesh_gains_no_energy() {
     let (mut pfem, dt) = (bar(0.0), 2e-3);

@@ -5,6 +5,7 @@ mod bad_luck;
 mod bubble;
 mod cavity;
 mod closed_boxes;
+pub mod complex;
 mod composite;
 mod contact;
 mod contact_3d;

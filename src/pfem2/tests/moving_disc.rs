@@ -15,6 +15,7 @@
 //! equation along θ is that of linear waves. The disc is as heavy as the fluid, and a pressure −ρ V'·x' carries both.
 //! The mesh ends amid the fluid, with the velocity of the solution.
 
+use super::complex::{Complex, over, plus, scaled, times};
 use super::*;
 use crate::material::{Elastic, NeoHookean, Rigid};
 use crate::pfem2::Pfem2;
@@ -23,9 +24,6 @@ use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::surface::tests::disc as solid_disc;
 use crate::simulation::Solver;
 use std::f64::consts::{PI, TAU};
-
-/// A complex number.
-type Complex = [f64; 2];
 
 /// ω [1/s], and ρ of both [kg/m³].
 const OMEGA: f64 = TAU;
@@ -55,22 +53,6 @@ const END: f64 = 0.375;
 /// Units of velocities [m/s], pressures and stresses [Pa].
 const VELOCITY: f64 = WAY * OMEGA;
 const PRESSURE: f64 = DENSITY * OMEGA * VELOCITY * RADIUS;
-
-fn plus(a: Complex, b: Complex) -> Complex {
-    [a[0] + b[0], a[1] + b[1]]
-}
-
-fn times(a: Complex, b: Complex) -> Complex {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
-}
-
-fn scaled(a: Complex, factor: f64) -> Complex {
-    a.map(|x| x * factor)
-}
-
-fn over(a: Complex, b: Complex) -> Complex {
-    scaled(times(a, [b[0], -b[1]]), 1.0 / (b[0] * b[0] + b[1] * b[1]))
-}
 
 /// Re [amplitude e^{iωt}].
 fn at(amplitude: Complex, t: f64) -> f64 {

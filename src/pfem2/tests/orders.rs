@@ -10,6 +10,7 @@
 //! A rigid slab with the velocity U cos ωt has Q = U, and P = −U coth kH where the fluid ends at a wall at s = H
 //! (Stokes' second problem).
 
+use super::complex::{Complex, over, times};
 use super::solids::{bar, solid};
 use super::*;
 use crate::pfem2::Pfem2;
@@ -38,18 +39,6 @@ const WAVE: f64 = 4.0;
 const DENSITY: f64 = 1000.0;
 const VISCOSITY: f64 = DENSITY * OMEGA / (2.0 * DEPTH * DEPTH);
 const SHEAR: f64 = DENSITY * OMEGA * OMEGA / (WAVE * WAVE);
-
-/// A complex number.
-type Complex = [f64; 2];
-
-fn times(a: Complex, b: Complex) -> Complex {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
-}
-
-fn over(a: Complex, b: Complex) -> Complex {
-    let size = b[0] * b[0] + b[1] * b[1];
-    times(a, [b[0] / size, -b[1] / size])
-}
 
 /// sinh and cosh of ks = (1 + i) κ s.
 fn hyperbolic(s: f64) -> [Complex; 2] {

@@ -7,7 +7,7 @@ use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::history::TimeHistory;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::{ConvectionCounts, Projectiles};
-use crate::pfem2::particles::correct::{self, Correction, Flying};
+use crate::pfem2::particles::correct::{self, Correction, ProjectileCorrection};
 use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::project::ConvectedVelocity;
 use crate::pfem2::particles::reseed::{self, ParticleCounts, Reseeded};
@@ -168,8 +168,9 @@ impl<const D: usize> ParticleTracking<D> {
         interface: &InterfaceTracking<D>,
     ) {
         let (heavy, light) = extremes(interface.list.density());
-        let falling = dt * (1.0 - light / heavy);
-        let projectiles = self.rules.projectiles(system, interface).map(|rule| Flying { rule, falling });
+        let fall_time = dt * (1.0 - light / heavy);
+        let projectiles =
+            self.rules.projectiles(system, interface).map(|rule| ProjectileCorrection { rule, fall_time });
         let correction = Correction { increment, velocity: &system.velocity, filter, projectiles };
         self.columns.correct(&system.mesh, &correction);
     }

@@ -27,7 +27,7 @@ const PART: f64 = 0.5;
 const TIMES: usize = 32;
 
 /// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the
-/// layer that the solid slows down, and says so of each of them ([`Surroundings::layer`]).
+/// layer that the solid slows down, and says so of each of them ([`FlowScales::layer`]).
 ///
 /// Along a rigid solid they do so between two fluids alone, where the pressure moves it, and where none comes in: a
 /// wedge that meets water has a force 11 % too large with noise of 12 % where the water sticks to it (2 and 2.5 % where
@@ -52,7 +52,7 @@ pub(super) fn choose<const D: usize, const N: usize>(
     };
     let end = file.time.end;
     let speed = speed_of_inlets(mesh, boundaries, end);
-    let flow = Surroundings { heaviest, speed, stream: driven_stream(around), end };
+    let flow = FlowScales { heaviest, speed, stream: driven_stream(around), end };
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
@@ -80,8 +80,9 @@ pub(super) fn choose<const D: usize, const N: usize>(
     notes
 }
 
-/// The flow around solids.
-struct Surroundings<'a> {
+/// Scales of the flow around solids, from which the thickness of the layers along them follows.
+struct FlowScales<'a> {
+    /// The heaviest fluid.
     heaviest: &'a FluidSetup,
     /// Largest speed of inlets [m/s].
     speed: f64,
@@ -91,7 +92,7 @@ struct Surroundings<'a> {
     end: f64,
 }
 
-impl Surroundings<'_> {
+impl FlowScales<'_> {
     /// True where a stream passes all of a solid within the run.
     fn passes<const D: usize>(&self, setup: &SolidSetup<D>) -> bool {
         self.stream * self.end > longest_side(setup)

@@ -44,7 +44,7 @@ impl Case {
     pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
         let mut assembly = Construction::new(self);
         let setup = assembly.pfem2_setup(make);
-        let Construction { mut findings, watched, notes, paths, .. } = assembly;
+        let Construction { mut findings, formulas, notes, paths, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
         check::plausible::of_flow(self, &setup, &mut findings);
@@ -66,7 +66,7 @@ impl Case {
             return Err(findings);
         }
         self.locate(&mut findings);
-        Ok(Model { solver: guarded(solver, watched), summary, warnings: findings })
+        Ok(Model { solver: guarded(solver, formulas), summary, warnings: findings })
     }
 }
 
@@ -128,7 +128,7 @@ impl Construction<'_> {
         self.unfilled(mesh, &bodies.initial, &bodies.solids);
     }
 
-    /// What the case asks of `pfem2`; `None` if something is wrong.
+    /// The set-up of `pfem2` that the case describes; `None` if something is wrong.
     fn pfem2_setup<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;

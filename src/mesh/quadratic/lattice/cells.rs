@@ -26,7 +26,7 @@ pub struct Lattice {
 
 /// The level parts of a surface at a height.
 #[derive(Debug, Clone, Copy)]
-struct Level {
+struct LevelParts {
     height: f64,
     /// Areas [m²] that face down and up.
     areas: [f64; 2],
@@ -75,21 +75,21 @@ impl Lattice {
 }
 
 /// Heights of the ends of the surface and of its large level parts, ascending.
-fn levels(surface: &Triangles, axis: usize, cell: f64) -> Vec<Level> {
+fn levels(surface: &Triangles, axis: usize, cell: f64) -> Vec<LevelParts> {
     let height = |v: u32| surface.vertices[v as usize][axis];
     let used = || surface.triangles.iter().flatten().map(|&v| height(v));
     let ends = [used().fold(f64::INFINITY, f64::min), used().fold(f64::NEG_INFINITY, f64::max)];
     let same = SAME_PLANE * (ends[1] - ends[0]);
-    let mut flat: Vec<Level> = Vec::new();
+    let mut flat: Vec<LevelParts> = Vec::new();
     for (t, normal) in surface.triangles.iter().zip(normals(surface)) {
         if normal[axis].abs() > LEVEL {
             let mut areas = [0.0; 2];
             areas[usize::from(normal[axis] > 0.0)] = area(surface, t);
-            flat.push(Level { height: t.iter().map(|&v| height(v)).sum::<f64>() / 3.0, areas });
+            flat.push(LevelParts { height: t.iter().map(|&v| height(v)).sum::<f64>() / 3.0, areas });
         }
     }
     flat.sort_by(|a, b| a.height.total_cmp(&b.height));
-    let mut found: Vec<Level> = Vec::new();
+    let mut found: Vec<LevelParts> = Vec::new();
     for level in flat {
         match found.last_mut() {
             Some(last) if level.height - last.height <= same => {
@@ -98,12 +98,12 @@ fn levels(surface: &Triangles, axis: usize, cell: f64) -> Vec<Level> {
             _ => found.push(level),
         }
     }
-    let inner = |level: &Level| level.height > ends[0] + same && level.height < ends[1] - same;
+    let inner = |level: &LevelParts| level.height > ends[0] + same && level.height < ends[1] - same;
     found.retain(|level| inner(level) && level.areas[0] + level.areas[1] > PLANE_AREA * cell * cell);
     let infinite = |height: f64, side: usize| {
         let mut areas = [0.0; 2];
         areas[side] = f64::INFINITY;
-        Level { height, areas }
+        LevelParts { height, areas }
     };
     found.insert(0, infinite(ends[0], 0));
     found.push(infinite(ends[1], 1));
@@ -112,13 +112,13 @@ fn levels(surface: &Triangles, axis: usize, cell: f64) -> Vec<Level> {
 
 /// Planes at levels, and evenly between them. Of steps that face the same way and are closer than a cell the smaller one
 /// has none; walls and gaps, between parts that face each other or away from each other, keep both of theirs.
-fn lines(levels: &[Level], cell: f64) -> Vec<f64> {
+fn lines(levels: &[LevelParts], cell: f64) -> Vec<f64> {
     let mut levels = levels.to_vec();
-    let total = |level: &Level| level.areas[0] + level.areas[1];
-    let closest = |levels: &[Level]| {
+    let total = |level: &LevelParts| level.areas[0] + level.areas[1];
+    let closest = |levels: &[LevelParts]| {
         let gap = |i: &usize| levels[i + 1].height - levels[*i].height;
         let alike = |i: &usize| {
-            let larger = |level: &Level| usize::from(level.areas[1] > level.areas[0]);
+            let larger = |level: &LevelParts| usize::from(level.areas[1] > level.areas[0]);
             larger(&levels[*i]) == larger(&levels[i + 1])
         };
         let close = (0..levels.len() - 1).filter(|i| gap(i) < CLOSEST_STEPS * cell && alike(i));
@@ -270,7 +270,7 @@ mod tests {
     /// A wall thinner than half a cell keeps both of its planes; a step that low is left out.
     #[test]
     fn walls_have_planes_and_low_steps_none() {
-        let level = |height: f64, down: f64, up: f64| Level { height, areas: [down, up] };
+        let level = |height: f64, down: f64, up: f64| LevelParts { height, areas: [down, up] };
         let ends = [level(0.0, f64::INFINITY, 0.0), level(2.0, 0.0, f64::INFINITY)];
         let wall = lines(&[ends[0], level(0.25, 0.0, 3.0), ends[1]], 1.0);
         assert_eq!(wall, [0.0, 0.25, 1.125, 2.0]);

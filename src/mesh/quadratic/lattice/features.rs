@@ -1,4 +1,4 @@
-//! What a closed surface of triangles has of features: smooth patches, the sharp edges between them, corners.
+//! Features of a closed surface of triangles: smooth patches, the sharp edges between them, corners.
 
 use crate::geometry::{IndexedTriangle, Triangles};
 use crate::math::Vector;
@@ -24,22 +24,22 @@ pub struct Features {
     /// The triangles of each patch; none of one that was merged into another.
     patches: Vec<RTree<IndexedTriangle>>,
     /// Sharp edges between two patches, the lower first.
-    edges: BTreeMap<[u32; 2], SharpEdge>,
-    corners: Vec<Corner>,
+    edges: BTreeMap<[u32; 2], FeatureEdge>,
+    corners: Vec<FeatureVertex>,
     /// Points of cones, each on one patch.
-    apexes: Vec<Corner>,
+    apexes: Vec<FeatureVertex>,
 }
 
-/// Where two patches meet.
-struct SharpEdge {
+/// The sharp edge between two patches.
+struct FeatureEdge {
     segments: RTree<IndexedTriangle>,
     /// Length [m].
     length: f64,
     concave: bool,
 }
 
-/// Where three patches or more meet.
-pub struct Corner {
+/// A corner, a vertex at which three patches or more meet, or the point of a cone.
+pub struct FeatureVertex {
     /// Place [m].
     pub place: Vector<3>,
     /// Patches, ascending.
@@ -47,7 +47,7 @@ pub struct Corner {
 }
 
 /// An edge of the triangles.
-struct Side {
+struct TriangleEdge {
     ends: [u32; 2],
     triangles: [usize; 2],
 }
@@ -104,7 +104,7 @@ impl Features {
             length[usize::from(self.is_concave(&side))] += (b - a).norm();
             side.ends.iter().for_each(|&v| around.entry(v).or_default().extend([p, q]));
         }
-        let edge = |(own, [convex, concave]): (Vec<IndexedTriangle>, [f64; 2])| SharpEdge {
+        let edge = |(own, [convex, concave]): (Vec<IndexedTriangle>, [f64; 2])| FeatureEdge {
             segments: RTree::bulk_load(own),
             length: convex + concave,
             concave: concave > CONCAVE_PART * (convex + concave),
@@ -113,14 +113,14 @@ impl Features {
         let meeting = around.into_iter().map(|(v, mut patches)| {
             patches.sort_unstable();
             patches.dedup();
-            Corner { place: corner(v), patches }
+            FeatureVertex { place: corner(v), patches }
         });
         self.corners = meeting.filter(|corner| corner.patches.len() > 2).collect();
         self.apexes = self.find_apexes();
     }
 
     /// Vertices inside of a patch around which there is little angle.
-    fn find_apexes(&self) -> Vec<Corner> {
+    fn find_apexes(&self) -> Vec<FeatureVertex> {
         let mut angles: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
         for (t, &patch) in self.triangles.triangles.iter().zip(&self.patch_of) {
             let x = t.map(|v| Vector(self.triangles.vertices[v as usize]));
@@ -134,12 +134,12 @@ impl Features {
         let pointed = angles.into_iter().filter_map(|(v, (angle, mut patches))| {
             patches.dedup();
             let place = Vector(self.triangles.vertices[v as usize]);
-            (patches.len() == 1 && angle < APEX_ANGLE).then_some(Corner { place, patches })
+            (patches.len() == 1 && angle < APEX_ANGLE).then_some(FeatureVertex { place, patches })
         });
         pointed.collect()
     }
 
-    fn is_concave(&self, side: &Side) -> bool {
+    fn is_concave(&self, side: &TriangleEdge) -> bool {
         let [first, second] = side.triangles;
         let start = Vector(self.triangles.vertices[side.ends[0] as usize]);
         let others = self.triangles.triangles[second].map(|v| Vector(self.triangles.vertices[v as usize]) - start);
@@ -199,12 +199,12 @@ impl Features {
     }
 
     /// Corners, in the order of the vertices.
-    pub fn corners(&self) -> &[Corner] {
+    pub fn corners(&self) -> &[FeatureVertex] {
         &self.corners
     }
 
     /// Points of cones, in the order of the vertices.
-    pub fn apexes(&self) -> &[Corner] {
+    pub fn apexes(&self) -> &[FeatureVertex] {
         &self.apexes
     }
 }
@@ -219,7 +219,7 @@ pub fn normals(surface: &Triangles) -> Vec<Vector<3>> {
 }
 
 /// Edges of a closed surface, each with its two triangles, in the order of their ends.
-fn sides(surface: &Triangles) -> Vec<Side> {
+fn sides(surface: &Triangles) -> Vec<TriangleEdge> {
     let mut first: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     let mut found = Vec::new();
     for (index, t) in surface.triangles.iter().enumerate() {
@@ -227,7 +227,7 @@ fn sides(surface: &Triangles) -> Vec<Side> {
             let (a, b) = (t[k], t[(k + 1) % 3]);
             let ends = [a.min(b), a.max(b)];
             match first.get(&ends) {
-                Some(&other) => found.push(Side { ends, triangles: [other, index] }),
+                Some(&other) => found.push(TriangleEdge { ends, triangles: [other, index] }),
                 None => _ = first.insert(ends, index),
             }
         }

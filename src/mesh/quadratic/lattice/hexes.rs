@@ -12,7 +12,7 @@ const SIDES: [[usize; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6,
 
 /// A quadrilateral of the boundary.
 #[derive(Debug, Clone)]
-pub struct Quad {
+pub struct BoundaryQuad {
     pub nodes: [u32; 4],
     /// Its hexahedron.
     pub hex: u32,
@@ -27,7 +27,7 @@ pub struct Hexes {
     pub hexes: Vec<[u32; 8]>,
     /// Lengths that the edges of each hexahedron should have along its directions [m].
     pub sizes: Vec<[f64; 3]>,
-    pub quads: Vec<Quad>,
+    pub quads: Vec<BoundaryQuad>,
 }
 
 impl Hexes {
@@ -53,7 +53,7 @@ impl Hexes {
             let own: [u32; 8] = std::array::from_fn(|a| number[corner(cell, a)]);
             let outside = (0..6).filter(|&side| cells.is_boundary(cell, side));
             let hex = mesh.hexes.len() as u32;
-            mesh.quads.extend(outside.map(|side| Quad { nodes: SIDES[side].map(|a| own[a]), hex, patch: 0 }));
+            mesh.quads.extend(outside.map(|side| BoundaryQuad { nodes: SIDES[side].map(|a| own[a]), hex, patch: 0 }));
             mesh.hexes.push(own);
             mesh.sizes.push(lattice.sizes(lattice.at(cell)));
         }
@@ -140,7 +140,7 @@ impl Hexes {
             for ([a, b], beyond) in self.quads[q].edges().into_iter().zip(neighbours[q]) {
                 let beyond = self.quads[beyond].patch;
                 if !patches.contains(&beyond) {
-                    sides.push(Quad { nodes: [a, copied(a), copied(b), b], hex, patch: beyond });
+                    sides.push(BoundaryQuad { nodes: [a, copied(a), copied(b), b], hex, patch: beyond });
                 }
             }
         }
@@ -150,8 +150,8 @@ impl Hexes {
         self.quads.extend(sides);
     }
 
-    /// Where nodes of some quadrilaterals are moved to by a layer: some way towards the other end of the edges that
-    /// lead inside, or else of all edges of their hexahedra.
+    /// Displacements of the nodes of some quadrilaterals by a layer [m]: some way towards the other end of the edges
+    /// that lead inside, or else of all edges of their hexahedra.
     fn inward(&self, covered: &[usize]) -> BTreeMap<u32, Vector<3>> {
         /// Part of the length of edges.
         const WAY: f64 = 0.4;
@@ -174,7 +174,7 @@ impl Hexes {
     }
 
     /// Lengths that a quadrilateral should have along its first and last edge, and its hexahedron normal to it.
-    fn lengths(&self, quad: &Quad) -> [f64; 3] {
+    fn lengths(&self, quad: &BoundaryQuad) -> [f64; 3] {
         let (hex, sizes) = (&self.hexes[quad.hex as usize], self.sizes[quad.hex as usize]);
         let place = |node: u32| hex.iter().position(|&own| own == node).unwrap_or(0);
         let [a, b, d] = [0, 1, 3].map(|k| place(quad.nodes[k]));
@@ -183,7 +183,7 @@ impl Hexes {
     }
 }
 
-impl Quad {
+impl BoundaryQuad {
     /// Its edges, counter-clockwise.
     pub fn edges(&self) -> [[u32; 2]; 4] {
         let [a, b, c, d] = self.nodes;

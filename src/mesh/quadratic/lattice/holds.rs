@@ -1,4 +1,4 @@
-//! What keeps each node of the boundary on the surface: a patch, a sharp edge, a corner.
+//! Constraints that keep the nodes of the boundary on the surface: on a patch, on a sharp edge, at a corner.
 
 use super::features::Features;
 use super::hexes::Hexes;
@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A node farther from a sharp edge or a corner, in cells, is not meant for it.
 const FARTHEST: f64 = 3.0;
 
-/// Where a node may be.
+/// The constraint of a node: the places that it may take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hold {
     /// Anywhere: it lies inside.
@@ -50,7 +50,7 @@ impl Hold {
     }
 }
 
-/// What holds each node.
+/// The constraint of each node.
 pub fn holds(mesh: &Hexes, features: &Features, cell: f64) -> Vec<Hold> {
     let mut holds = vec![Hold::Free; mesh.nodes.len()];
     let patches = mesh.patches();

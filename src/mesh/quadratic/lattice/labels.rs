@@ -18,7 +18,7 @@ const DIRECTION: f64 = 2.0;
 /// γ: weight of a change between neighbours.
 const CHANGE: f64 = 0.4;
 
-/// What a direction away from the patch costs.
+/// Cost of a normal that points away from that of the patch.
 const AWAY: f64 = 10.0;
 
 /// Rounds in which quadrilaterals are looked at again.
@@ -27,7 +27,7 @@ const ROUNDS: usize = 30;
 /// Distance [cells] beyond the nearest patch in which other patches are tried.
 const REACH: f64 = 2.5;
 
-/// Quadrilaterals, their neighbours, and what each patch costs them.
+/// Quadrilaterals, their neighbours, and the cost of each patch for them.
 struct Labelling {
     labels: Vec<u32>,
     /// Neighbours across the four edges.
@@ -119,8 +119,8 @@ impl Labelling {
         true
     }
 
-    /// Where a patch touches itself in a node, the fewest quadrilaterals between are given to a patch beside them. True
-    /// if there were any.
+    /// Parts patches that touch themselves in a node: the fewest quadrilaterals between are given to a patch beside
+    /// them. True if there were any.
     fn part_pinches(&mut self) -> bool {
         let mut changed = false;
         for ring in &self.rings {
@@ -145,7 +145,7 @@ impl Labelling {
     }
 }
 
-/// What each patch near a quadrilateral costs it.
+/// The cost of each patch near a quadrilateral.
 fn costs(corners: [Vector<3>; 4], features: &Features, cell: f64) -> Vec<(u32, f64)> {
     let centre = corners.into_iter().sum::<Vector<3>>() * 0.25;
     let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalized().unwrap_or(Vector::unit(0));

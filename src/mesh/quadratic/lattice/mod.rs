@@ -59,7 +59,7 @@ const OFF_SURFACE: f64 = 0.01;
 const FARTHEST: f64 = 0.5;
 
 /// The surface along the axes of the lattice, how long cells are [m], and what a sharp edge is.
-struct Filling<'a> {
+struct HexMesher<'a> {
     surface: &'a Surface,
     lattice: &'a Lattice,
     cell: f64,
@@ -96,7 +96,7 @@ pub fn of_surface(triangles: Triangles, cell: f64) -> Result<QuadraticMesh, Stri
         return Err(why);
     }
     let surface = Surface::new(turned)?;
-    let [first, second] = SHARP_COSINES.map(|sharp| Filling { surface: &surface, lattice: &lattice, cell, sharp });
+    let [first, second] = SHARP_COSINES.map(|sharp| HexMesher { surface: &surface, lattice: &lattice, cell, sharp });
     let is_poor = |trial: &Trial| trial.quality < POOR;
     let best = match first.best() {
         Ok(trial) if !is_poor(&trial) || first.patch_count() == second.patch_count() => Ok(trial),
@@ -114,7 +114,7 @@ pub fn of_surface(triangles: Triangles, cell: f64) -> Result<QuadraticMesh, Stri
 /// Why there is no mesh, and where.
 type Refusal = (String, Option<Vector<3>>);
 
-impl Filling<'_> {
+impl HexMesher<'_> {
     fn features(&self) -> Features {
         Features::new(self.surface.triangles(), self.sharp)
     }

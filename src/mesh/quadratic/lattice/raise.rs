@@ -6,9 +6,9 @@
 //! side: x = ½ Σ x_edge − ¼ Σ x_corner         element: x = ½ Σ x_side − ¼ Σ x_edge + ⅛ Σ x_corner
 //! ```
 //!
-//! Where elements fold, edges inside follow those of the boundary (as with the meshes of Persson & Peraire 2009,
-//! DOI 10.2514/6.2009-949, by Laplace's equation instead of an elastic one); where they fold still, they are bent less,
-//! and nodes of their sides stay off the surface.
+//! Edges inside of elements that fold follow those of the boundary (as with the meshes of Persson & Peraire 2009, DOI
+//! 10.2514/6.2009-949, by Laplace's equation instead of an elastic one). Elements that fold still are bent less, and
+//! nodes of their sides stay off the surface.
 
 use super::features::Features;
 use super::hexes::Hexes;
@@ -30,13 +30,13 @@ const ROUNDS: usize = 16;
 const SWEEPS: usize = 30;
 
 /// The ends of an edge, ascending.
-type Edge = [u32; 2];
+type EdgeEnds = [u32; 2];
 
-/// Nodes between the corners: those of an edge or side by its corners, ascending.
-struct Raised<'a> {
+/// Midside nodes of edges, sides and elements, each known by the corners around it, ascending.
+struct MidsideNodes<'a> {
     mesh: &'a Hexes,
     features: &'a Features,
-    /// What holds the middle of each edge and side on the boundary.
+    /// Constraint of the middle of each edge and side on the boundary.
     holds: BTreeMap<Vec<u32>, Hold>,
     numbers: BTreeMap<Vec<u32>, u32>,
     elements: Vec<Vec<u32>>,
@@ -44,14 +44,14 @@ struct Raised<'a> {
 
 /// The mesh with nodes of second order. Edges inside are straight, unless elements would fold by it.
 pub fn raise(mesh: &Hexes, holds: &[Hold], features: &Features) -> QuadraticMesh {
-    let raised = Raised::new(mesh, holds, features);
-    let mut bends = vec![0; mesh.nodes.len() + raised.numbers.len()];
-    let made = raised.made(&bends, &BTreeMap::new());
+    let midside = MidsideNodes::new(mesh, holds, features);
+    let mut bends = vec![0; mesh.nodes.len() + midside.numbers.len()];
+    let made = midside.made(&bends, &BTreeMap::new());
     if made.flat().is_empty() {
         return made;
     }
-    let inner = raised.inner();
-    let mut made = raised.made(&bends, &inner);
+    let inner = midside.inner();
+    let mut made = midside.made(&bends, &inner);
     for _ in 0..ROUNDS {
         let less = |node: &u32| bends[*node as usize] + 1 < BENDS.len();
         let nodes: BTreeSet<u32> = made.flat().into_iter().flatten().copied().filter(less).collect();
@@ -59,12 +59,12 @@ pub fn raise(mesh: &Hexes, holds: &[Hold], features: &Features) -> QuadraticMesh
             break;
         }
         nodes.into_iter().for_each(|node| bends[node as usize] += 1);
-        made = raised.made(&bends, &inner);
+        made = midside.made(&bends, &inner);
     }
     made
 }
 
-impl<'a> Raised<'a> {
+impl<'a> MidsideNodes<'a> {
     fn new(mesh: &'a Hexes, holds: &[Hold], features: &'a Features) -> Self {
         let mut on = BTreeMap::new();
         for quad in &mesh.quads {
@@ -88,7 +88,7 @@ impl<'a> Raised<'a> {
             };
             on.insert(ends.to_vec(), hold);
         }
-        let mut raised = Self {
+        let mut midside = Self {
             mesh,
             features,
             holds: on,
@@ -96,10 +96,10 @@ impl<'a> Raised<'a> {
             elements: Vec::with_capacity(mesh.hexes.len()),
         };
         for hex in &mesh.hexes {
-            let own = (0..27).map(|local| raised.number(hex, local)).collect();
-            raised.elements.push(own);
+            let own = (0..27).map(|local| midside.number(hex, local)).collect();
+            midside.elements.push(own);
         }
-        raised
+        midside
     }
 
     fn number(&mut self, hex: &[u32; 8], local: usize) -> u32 {
@@ -112,8 +112,8 @@ impl<'a> Raised<'a> {
     }
 
     /// Edges inside, each with those opposite to it in the sides around it.
-    fn inner(&self) -> BTreeMap<Edge, BTreeSet<Edge>> {
-        let mut found: BTreeMap<Edge, BTreeSet<Edge>> = BTreeMap::new();
+    fn inner(&self) -> BTreeMap<EdgeEnds, BTreeSet<EdgeEnds>> {
+        let mut found: BTreeMap<EdgeEnds, BTreeSet<EdgeEnds>> = BTreeMap::new();
         for hex in &self.mesh.hexes {
             for (k, a) in (0..3).flat_map(|k| (0..8).filter(move |a| a >> k & 1 == 0).map(move |a| (k, a))) {
                 let edge = |a: usize| {
@@ -130,7 +130,7 @@ impl<'a> Raised<'a> {
     }
 
     /// The mesh, in which nodes are bent by what is listed, and edges inside follow those opposite to them.
-    fn made(&self, bends: &[usize], inner: &BTreeMap<Edge, BTreeSet<Edge>>) -> QuadraticMesh {
+    fn made(&self, bends: &[usize], inner: &BTreeMap<EdgeEnds, BTreeSet<EdgeEnds>>) -> QuadraticMesh {
         let mut places = self.mesh.nodes.clone();
         places.resize(places.len() + self.numbers.len(), Vector::ZERO);
         let of_size = |size: usize| self.numbers.iter().filter(move |(corners, _)| corners.len() == size);
@@ -162,9 +162,9 @@ impl<'a> Raised<'a> {
 
     /// Bends edges inside as the mean of those opposite to them, which solves Laplace's equation by Gauss & Seidel's
     /// sweeps: an element beneath a curved side is curved on its other side, too, and doesn't fold.
-    fn spread(&self, bends: &[usize], inner: &BTreeMap<Edge, BTreeSet<Edge>>, places: &mut [Vector<3>]) {
-        let number = |edge: &Edge| self.numbers[&edge[..]] as usize;
-        let straight = |edge: &Edge| (self.mesh.nodes[edge[0] as usize] + self.mesh.nodes[edge[1] as usize]) * 0.5;
+    fn spread(&self, bends: &[usize], inner: &BTreeMap<EdgeEnds, BTreeSet<EdgeEnds>>, places: &mut [Vector<3>]) {
+        let number = |edge: &EdgeEnds| self.numbers[&edge[..]] as usize;
+        let straight = |edge: &EdgeEnds| (self.mesh.nodes[edge[0] as usize] + self.mesh.nodes[edge[1] as usize]) * 0.5;
         let bent = |edge: &[u32; 2], places: &[Vector<3>]| places[number(edge)] - straight(edge);
         for _ in 0..SWEEPS {
             for (edge, opposite) in inner {

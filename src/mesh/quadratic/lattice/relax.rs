@@ -27,13 +27,13 @@ const DIFFERENCE: f64 = 1e-5;
 /// ε while corners are folded, less in each sweep by the factor.
 const REGULAR: [f64; 3] = [0.4, 0.85, 1e-4];
 
-/// Where this is the scaled determinant at all corners, nothing has to be spread first.
+/// Scaled determinant at all corners from which on nodes need not be spread first.
 const GOOD: f64 = 0.1;
 
 /// Rounds in which nodes are spread evenly along sharp edges, on patches, inside.
 const SPREADING: [usize; 3] = [20, 15, 10];
 
-/// A mesh, what holds its nodes, and who is beside whom.
+/// A mesh, the constraints of its nodes, and the hexahedra around each of them.
 pub struct Relaxation<'a> {
     mesh: &'a mut Hexes,
     holds: &'a [Hold],

@@ -8,7 +8,7 @@
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 //!
-//! Where supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers
+//! If supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers
 //! as if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if
 //! the map made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there
 //! none.

@@ -85,7 +85,7 @@ impl<const D: usize> AtNodes<D> {
                 let (_, v) = partners.trial(pair.partner, at.momentum_end);
                 let w = (node.project(v) - velocity).dot(node.normal);
                 let gap = pair.choose_side(w);
-                // theory (D.10), in place of Lian (50, 52): no test of approach, as the impulse never pulls.
+                // theory (D.10), in place of Lian (50), Lian (52): no test of approach, as the impulse never pulls.
                 pair.touching = gap - node.offset + (w * pair.side * at.momentum_dt).min(0.0) <= self.tolerance;
                 pair.impulse = Impulse::default();
             }

@@ -10,8 +10,8 @@
 //! stood there that nothing brought. Distances are measured in every step, so that nothing is handed on; beyond a facet
 //! there is only the fluid that comes in, so that no particle comes nearer to an interface by being farther out.
 //!
-//! Where another fluid comes in than the one behind the facet, the facet itself is the interface at the start
-//! of the step: the particles behind it learn how far away they are.
+//! If another fluid comes in than the one behind the facet, the facet itself is the interface at the start of the
+//! step: the particles behind it learn how far away they are.
 
 use super::distance::InterfacePolygons;
 use super::{AGREES, LevelSet, OpenFacet, value};

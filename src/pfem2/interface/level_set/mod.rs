@@ -70,9 +70,9 @@ const STRETCHED: f64 = 0.3;
 /// of a film, its slope means nothing.
 const SLACK: f64 = 0.1;
 
-/// What flows in has the depth that the inlet gives it, if that differs from the distance to the present interface by
-/// no more than this part of an edge. Otherwise another interface is near the inlet, and its distance counts (theory
-/// (G.6)).
+/// Fluid that flows in has the depth that the inlet gives it, if that differs from the distance to the present
+/// interface by no more than this part of an edge. Otherwise another interface is near the inlet, and its distance
+/// counts (theory (G.6)).
 const AGREES: f64 = 0.5;
 
 /// The pseudo level set of Becker (37) from the fraction of the fluid inside: 1 − 2f.

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Every lane holds a particle and its element, and takes the next one when it has arrived. What is out of the
-//! ordinary (walls, exits that the rates don't foresee, flights) goes on alone, from where it entered its element.
+//! ordinary (walls, exits that the rates don't foresee, projectiles) goes on alone, from where it entered its element.
 //! Lanes know nothing of each other, so that no result depends on who shares the registers.
 
 use super::crossing::TERMS;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! exactly within every element (see `streamline`), whatever the step. Walls hold particles back, other boundaries
-//! let them out; particles of dense fluids may fly through a light one (see `projectile`).
+//! let them out; particles of dense fluids may be projectiles in a light one (see `projectile`).
 
 mod crossing;
 mod eight;
@@ -119,7 +119,7 @@ impl<const D: usize> Particles<D> {
 /// Some particles on their way.
 struct Group<'a, const D: usize, const N: usize> {
     lines: &'a Streamlines<'a, D, N>,
-    /// Set if there are fluids that may fly, and whether they are the ones that travel now.
+    /// The projectile rule with its field, if a fluid has projectiles, and whether these are the ones that travel now.
     heavy: Option<(&'a Projectiles<'a, D>, &'a HeavyField<D>, bool)>,
     position: &'a mut [Vector<D>],
     element: &'a mut [u32],
@@ -149,7 +149,7 @@ impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
 
     fn alone(&self, p: usize, from: MeshPoint<N>, rest: f64) -> Walk<N> {
         match self.heavy {
-            Some((rule, field, true)) => self.lines.fly(rule, field, self.velocity[p], from, rest),
+            Some((rule, field, true)) => self.lines.trace_projectile(rule, field, self.velocity[p], from, rest),
             _ => self.lines.trace(from, rest, 1.0),
         }
     }
@@ -235,7 +235,8 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
         walks
     }
 
-    fn fly(
+    /// Follows a projectile of this velocity [m/s] for a time [s].
+    fn trace_projectile(
         &self,
         rule: &Projectiles<D>,
         field: &HeavyField<D>,

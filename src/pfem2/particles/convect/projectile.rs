@@ -1,5 +1,5 @@
-//! Heavy particles in a light fluid (Becker (36); theory G.13): they follow the velocity of their side of the
-//! interface, and fly on freely beyond it.
+//! Projectiles, heavy particles in a light fluid (Becker (36); theory G.13): they follow the velocity of their side of
+//! the interface, and a ballistic path beyond it.
 //!
 //! ```text
 //! near nodes with φ < 0      w = Σ N_i v_i,  v_i of nodes with φ ≥ 0 taken from their heavy neighbours
@@ -49,15 +49,15 @@ impl<const D: usize> Continued<D> {
     }
 }
 
-/// A heavy particle: carried where the heavy fluid is near, flying elsewhere.
+/// A projectile: carried where the heavy fluid is near, on a ballistic path elsewhere.
 pub(super) struct Projectile<'a, const D: usize> {
     pub stream: Stream<'a, D>,
     pub carried: &'a [bool],
-    /// Velocity in flight [m/s].
+    /// Velocity on the ballistic path [m/s].
     pub velocity: Vector<D>,
     /// The rule that it follows.
     pub rule: &'a Projectiles<'a, D>,
-    /// Body force on the last part of the way, if that was a flight [m/s²].
+    /// Body force on the last part of the way, if that was ballistic [m/s²].
     pub body_force: Option<Vector<D>>,
 }
 

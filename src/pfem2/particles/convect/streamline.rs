@@ -137,7 +137,7 @@ impl<const N: usize> Taylor<N> {
     }
 }
 
-/// The motion of a particle: along streamlines, or in free flight.
+/// The motion of a particle: along streamlines, or on a ballistic path.
 pub(super) trait Motion<const D: usize, const N: usize> {
     /// Taylor series of the motion from a place on; `walls` are the local nodes opposite to the facets that it glides
     /// along.

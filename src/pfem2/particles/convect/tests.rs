@@ -1,7 +1,7 @@
 //! Trajectories against closed forms and against the exact velocity integrated by other means.
 
 use super::*;
-use crate::pfem2::particles::correct::{Correction, Flying};
+use crate::pfem2::particles::correct::{Correction, ProjectileCorrection};
 use crate::pfem2::phases::FluidRegion;
 use std::f64::consts::{PI, TAU};
 
@@ -273,7 +273,7 @@ fn a_heavy_particle_flies_in_the_body_force_where_it_is() {
     let (still, level) = (vec![Vector::ZERO; mesh.nodes().len()], vec![1.0; mesh.nodes().len()]);
     let body_force = nodal(&mesh, |x| Vector([k * (x[0] - middle), 0.0]));
     let rule = Projectiles { fluids: &[false, true], level: &level, body_force: &body_force };
-    let projectiles = Some(Flying { rule, falling: 0.1 });
+    let projectiles = Some(ProjectileCorrection { rule, fall_time: 0.1 });
     let correction = Correction { increment: &[&still, &still], velocity: &still, filter: 0.0, projectiles };
     let mut particles = thrown(&mesh, start, Vector::ZERO);
     particles.correct(&mesh, &correction);

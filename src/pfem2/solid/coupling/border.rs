@@ -6,10 +6,10 @@
 //! ```
 //!
 //! Prescribed unknowns of the fluid are eliminated: their columns go to the right-hand sides. In a closed box E has the
-//! dilatation that makes room for the solids, too (`dilatation`).
+//! dilatation that balances the volume of the solids, too (`dilatation`).
 
 use super::compliance::compliance;
-use super::dilatation::{Dilatation, RoomForSolids};
+use super::dilatation::{GasDilatation, VolumeBalance};
 use super::element::CoupledElement;
 use super::immersed::Immersed;
 use super::near_nodes::NearNodes;
@@ -38,8 +38,8 @@ pub struct SolidBorder<const D: usize, const N: usize> {
     compliance: PressureCompliance,
     /// Prescribed velocities of these rows [m/s].
     prescribed: Vec<f64>,
-    /// Dilatation of the gas in a closed box.
-    room: Option<RoomForSolids>,
+    /// The balance of volumes in a closed box with a gas.
+    volume_balance: Option<VolumeBalance>,
     /// Right-hand side [N].
     pub load: Vec<f64>,
 }
@@ -54,7 +54,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         constraints: &Constraints<D, N>,
         fluid: &BlockMatrix<N>,
         rhs_of_fluid: &mut [[f64; N]],
-        dilatation: Option<Dilatation>,
+        dilatation: Option<GasDilatation>,
     ) -> Option<Self> {
         let equations = immersed.equations.as_ref()?;
         let mut load = loads(&immersed.elements, equations.rhs.len());
@@ -64,9 +64,11 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
             coupling.eliminate_fluid(constraints, &mut load);
             coupling.move_prescribed(&equations.velocities, rhs_of_fluid);
         }
-        let room = dilatation.map(|dilatation| RoomForSolids::new(dilatation, &equations.volume_slopes));
+        let volume_balance = dilatation.map(|dilatation| VolumeBalance::new(dilatation, &equations.volume_slopes));
         let at_rest = vec![0.0; equations.velocities.count()];
-        room.iter().for_each(|room| room.add(&equations.velocities.nodal(&at_rest), -1.0, rhs_of_fluid));
+        volume_balance
+            .iter()
+            .for_each(|balance| balance.add(&equations.velocities.nodal(&at_rest), -1.0, rhs_of_fluid));
         let entries = among_solids(&immersed.elements);
         let fixed = prescribed(equations, &entries);
         let (mut matrix, mut load) = equations.independent(&entries, &load);
@@ -77,7 +79,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let compliance = compliance(&couplings, &equations.velocities, &diagonal, &fluid.pattern);
         let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();
         let velocities = equations.velocities.clone();
-        Some(Self { couplings, velocities, matrix, near, compliance, prescribed, room, load })
+        Some(Self { couplings, velocities, matrix, near, compliance, prescribed, volume_balance, load })
     }
 
     /// Guess with which iterations begin, by the independent velocities.
@@ -93,7 +95,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
     /// Power of the pressure on the dilatation of a closed box, where the nodes of solids have the velocity `velocity`
     /// [m/s] and those of the mesh these unknowns [W].
     pub fn power_of_dilatation(&self, velocity: &[f64], unknowns: &[[f64; N]]) -> f64 {
-        self.room.as_ref().map_or(0.0, |room| room.power(velocity, unknowns))
+        self.volume_balance.as_ref().map_or(0.0, |balance| balance.power(velocity, unknowns))
     }
 
     /// Velocity of all nodes of solids, by the independent ones [m/s].
@@ -171,7 +173,7 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         let (BorderedVector { mesh: x, border: w }, BorderedRows { mesh: rows, border: own }) = (x, rows);
         self.matrix.multiply(w, own);
         let velocity = self.velocities.added(w);
-        self.room.iter().for_each(|room| room.add(&velocity, 1.0, rows));
+        self.volume_balance.iter().for_each(|balance| balance.add(&velocity, 1.0, rows));
         let mut forces = vec![0.0; velocity.len()];
         for coupling in &self.couplings {
             coupling.add_flux(&velocity, rows);
@@ -185,7 +187,7 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         for coupling in &self.couplings {
             rows[coupling.node as usize][N - 1] += coupling.volume_flux(&velocity);
         }
-        self.room.iter().for_each(|room| room.add(&velocity, 1.0, rows));
+        self.volume_balance.iter().for_each(|balance| balance.add(&velocity, 1.0, rows));
     }
 
     fn compliance(&self) -> PressureCompliance {

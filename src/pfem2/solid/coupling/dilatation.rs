@@ -1,4 +1,4 @@
-//! Where fluid comes in and leaves as elastic solids change their volume in a closed box (theory (J.10d)).
+//! Dilatation of a gas in a closed box, which balances the change of the volume of elastic solids (theory (J.10d)).
 //!
 //! ```text
 //! D v + C p = σ w,     σ Σ w_i = −dV_S/dt = −Σ_a ∂V_S/∂u_a·v_a,     w_i = ∫ N_i over the elements full of the gas
@@ -12,9 +12,9 @@
 use crate::mesh::Mesh;
 use crate::pfem2::is_gas;
 
-/// The elements of a gas, which give way.
+/// Dilatation of a gas: its elements, in which σ w acts.
 #[derive(Debug, Clone)]
-pub struct Dilatation {
+pub struct GasDilatation {
     /// Nodes, ascending, and w_i [m³].
     volumes: Vec<(u32, f64)>,
     /// Σ w_i [m³].
@@ -23,7 +23,7 @@ pub struct Dilatation {
     held: u32,
 }
 
-impl Dilatation {
+impl GasDilatation {
     /// The dilatation of the elements full of the lightest fluid; `fluids`: the fluid of each element that is full of one,
     /// with these densities [kg/m³]; `held`: the node whose pressure is prescribed. `None`: there is no gas beside
     /// something heavier.
@@ -51,17 +51,17 @@ impl Dilatation {
     }
 }
 
-/// The dilatation that makes room for solids.
+/// The balance of volumes in a closed box: the gas dilates at the rate at which elastic solids lose volume.
 #[derive(Debug)]
-pub(super) struct RoomForSolids {
-    dilatation: Dilatation,
+pub(super) struct VolumeBalance {
+    dilatation: GasDilatation,
     /// ∂V_S/∂u of all nodes of solids, axis by axis [m²].
     volume_slopes: Vec<f64>,
 }
 
-impl RoomForSolids {
+impl VolumeBalance {
     /// The dilatation for solids whose volume has these slopes [m²].
-    pub fn new(dilatation: Dilatation, volume_slopes: &[f64]) -> Self {
+    pub fn new(dilatation: GasDilatation, volume_slopes: &[f64]) -> Self {
         Self { dilatation, volume_slopes: volume_slopes.to_vec() }
     }
 

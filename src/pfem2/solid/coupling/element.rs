@@ -65,7 +65,7 @@ pub struct Opening<const D: usize> {
     pub(super) velocities: [VelocityMap<D>; D],
     /// Load at each corner [N].
     pub(super) loads: [Vector<D>; D],
-    /// What an outlet adds to the rows of its corners.
+    /// Blocks of an outlet in the rows of its corners.
     pub(super) outflow: Vec<OutflowBlock<D>>,
 }
 

@@ -92,7 +92,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 }
 
-/// What an outlet adds to the rows of the corners of a facet of a part (theory (J.9e)).
+/// Blocks of an outlet in the rows of the corners of a facet of a part (theory (J.9e)).
 fn outflow<const D: usize, const N: usize>(
     facet: &PartFacet<D>,
     part: &PartGeometry<D, N>,

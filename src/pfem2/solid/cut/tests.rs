@@ -64,15 +64,15 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
 }
 
 /// A corner of the fluid's simplices: a background node or a cut point.
-type Corner = (bool, u32);
+type SimplexVertex = (bool, u32);
 
 /// Facets of the part outside match from both sides, except on the surface of the solid and at the boundary
 /// of the mesh; on the surface they close.
 fn check_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCut<D, N>) {
-    let mut count: BTreeMap<Vec<Corner>, usize> = BTreeMap::new();
-    let mut add = |corners: [Corner; N]| {
+    let mut count: BTreeMap<Vec<SimplexVertex>, usize> = BTreeMap::new();
+    let mut add = |corners: [SimplexVertex; N]| {
         for k in 0..N {
-            let mut facet: Vec<Corner> = (0..N).filter(|&i| i != k).map(|i| corners[i]).collect();
+            let mut facet: Vec<SimplexVertex> = (0..N).filter(|&i| i != k).map(|i| corners[i]).collect();
             facet.sort_unstable();
             *count.entry(facet).or_default() += 1;
         }
@@ -92,7 +92,7 @@ fn check_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCu
         }
     }
     let boundary = mesh.nodes().iter().fold(0.0, |most: f64, x| x.0.iter().fold(most, |a, b| a.max(b.abs())));
-    let is_at_boundary = |(is_point, number): &Corner| {
+    let is_at_boundary = |(is_point, number): &SimplexVertex| {
         let x = if *is_point { cut.points[*number as usize].position } else { mesh.nodes()[*number as usize] };
         x.0.iter().any(|c| c.abs() > boundary - 1e-9)
     };

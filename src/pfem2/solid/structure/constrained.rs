@@ -199,7 +199,7 @@ impl<const D: usize> Structure<D> {
         self.rigid.iter().zip(&prediction.rigid).map(power).sum()
     }
 
-    /// What the motion of a rigid solid asks for at the end of a step with the independent velocities `w`
+    /// Force and moment that the motion of a rigid solid needs at the end of a step with the independent velocities `w`
     /// (theory (J.16)); `None` of an elastic one.
     pub(in crate::pfem2::solid) fn rigid_inertial(
         &self,
@@ -213,8 +213,8 @@ impl<const D: usize> Structure<D> {
         Some(RigidLoad { load, center: body.center + rigid.displacement })
     }
 
-    /// What impulses on nodes, as forces that act for Δ [N], ask of the motion of a rigid solid; `None` of an elastic
-    /// one.
+    /// Inertial force and moment of the motion that impulses on nodes, as forces that act for Δ [N], give a rigid
+    /// solid; `None` of an elastic one.
     pub(in crate::pfem2::solid) fn rigid_response(
         &self,
         solid: usize,

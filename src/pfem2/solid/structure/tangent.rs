@@ -17,7 +17,7 @@ pub struct ElementForces<const D: usize> {
     pub geometric: Vec<f64>,
 }
 
-/// What the stress S of the last linear equations brings into a tangent.
+/// Shares of the stress S of the last linear equations in a tangent.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LastStress {
     /// ∫ G_a · S G_b dV [N/m], row by row.

@@ -4,7 +4,7 @@
 //! v_a = Σ_b N_b(ξ_a) v_b,    u_a likewise         ξ_a: the point of the other surface that is nearest to node a at the start
 //! ```
 //!
-//! Where nodes coincide they share their velocity; others follow the functions of the facet that they lie on. Forces on
+//! Nodes that coincide share their velocity; others follow the functions of the facet that they lie on. Forces on
 //! a node that follows go to those that lead it with the same shares.
 
 use crate::math::Vector;

@@ -9,7 +9,7 @@ const DT: f64 = 0.01;
 
 /// Contacts between 12 heavy nodes of a grid and 7 light ones of a sheet, in a pseudo-random order; the impulses
 /// of the last sub-step are `last` [N s] times what `part` gives.
-struct Contacts {
+struct ContactProblem {
     solver: ContactSolver<2>,
     velocity: Vec<Vector<2>>,
     inverse_mass: Vec<Vector<2>>,
@@ -19,7 +19,7 @@ fn part(n: u32) -> f64 {
     f64::from(n * 7919 % 1009) / 1009.0
 }
 
-fn problem(last: f64, friction: Friction) -> Contacts {
+fn problem(last: f64, friction: Friction) -> ContactProblem {
     let mut solver = ContactSolver::<2> {
         velocity: (0..12).map(|n| [part(n) - 0.5, -part(n + 100), 0.0, 0.0]).collect(),
         inverse_mass: vec![[1.0, 1.0, 0.0, 0.0]; 12],
@@ -55,10 +55,10 @@ fn problem(last: f64, friction: Friction) -> Contacts {
         contact.find_effective_mass(&inverse_mass);
         solver.contacts.push(contact);
     }
-    Contacts { solver, velocity: (0..7).map(|n| Vector([0.0, part(n + 500)])).collect(), inverse_mass }
+    ContactProblem { solver, velocity: (0..7).map(|n| Vector([0.0, part(n + 500)])).collect(), inverse_mass }
 }
 
-impl Contacts {
+impl ContactProblem {
     /// [J].
     fn energy(&self) -> f64 {
         let bodies = self.solver.velocity.iter().zip(&self.solver.inverse_mass);
@@ -108,12 +108,12 @@ fn no_start_adds_energy() {
 /// From the solution times any number, the warm start is half of the solution.
 #[test]
 fn the_warm_start_is_half_of_the_best_scale() {
-    let solved = Contacts::solve_well(1.0);
+    let solved = ContactProblem::solve_well(1.0);
     let mut scaled = problem(0.0, Friction::Slip(0.0));
     for (contact, other) in scaled.solver.contacts.iter_mut().zip(&solved.solver.contacts) {
         (contact.normal_impulse, contact.allowed) = (1234.5 * other.normal_impulse, other.gap.max(0.0) / DT);
     }
-    let Contacts { solver, velocity, inverse_mass } = &mut scaled;
+    let ContactProblem { solver, velocity, inverse_mass } = &mut scaled;
     solver.warm_start(&mut SheetMotion { velocity, inverse_mass }, &RigidContacts::default());
     let largest = solved.solver.contacts.iter().map(|contact| contact.normal_impulse).fold(0.0, f64::max);
     for (contact, other) in scaled.solver.contacts.iter().zip(&solved.solver.contacts) {
@@ -126,7 +126,7 @@ fn the_warm_start_is_half_of_the_best_scale() {
 #[test]
 fn enough_sweeps_solve_the_problem() {
     for last in [0.0, 1.0] {
-        let Contacts { solver, velocity, .. } = Contacts::solve_well(last);
+        let ContactProblem { solver, velocity, .. } = ContactProblem::solve_well(last);
         let mut start = 0;
         for contact in &solver.contacts {
             let near = &solver.support_nodes[start as usize..contact.support_end as usize];

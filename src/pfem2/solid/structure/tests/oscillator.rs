@@ -8,6 +8,7 @@
 //! ```
 
 use super::*;
+use crate::pfem2::tests::complex::{over, plus, root, scaled, times};
 
 const MODULI: [f64; 3] = [1000.0, 2.0e6, 0.3];
 
@@ -52,41 +53,19 @@ fn measured(theta: Option<f64>, h: f64) -> [f64; 2] {
     [angle / h, decay / angle.hypot(decay)]
 }
 
-/// A complex number.
-#[derive(Debug, Clone, Copy)]
-struct Complex(f64, f64);
-
-impl Complex {
-    fn times(self, other: Self) -> Self {
-        Self(self.0 * other.0 - self.1 * other.1, self.0 * other.1 + self.1 * other.0)
-    }
-
-    fn over(self, other: Self) -> Self {
-        let square = other.0 * other.0 + other.1 * other.1;
-        self.times(Self(other.0 / square, -other.1 / square))
-    }
-
-    fn root(self) -> Self {
-        let (size, angle) = (self.0.hypot(self.1).sqrt(), 0.5 * self.1.atan2(self.0));
-        Self(size * angle.cos(), size * angle.sin())
-    }
-}
-
 /// The same by the amplification of the scheme.
 fn exact(theta: Option<f64>, h: f64) -> [f64; 2] {
     let z = match theta {
-        None => Complex(1.0, 0.0).over(Complex(1.0, -h)),
+        None => over([1.0, 0.0], [1.0, -h]),
         Some(theta) => {
             let (b2, b1) = (theta - 0.5, 1.5 - 2.0 * theta);
             // (1 − i h θ) z² − (1 + i h β₁) z − i h β₂ = 0: the root near one.
-            let (a, b) = (Complex(1.0, -h * theta), Complex(1.0, h * b1));
-            let square = b.times(b);
-            let four = a.times(Complex(0.0, 4.0 * h * b2));
-            let root = Complex(square.0 + four.0, square.1 + four.1).root();
-            Complex(b.0 + root.0, b.1 + root.1).over(Complex(2.0 * a.0, 2.0 * a.1))
+            let (a, b) = ([1.0, -h * theta], [1.0, h * b1]);
+            let four = times(a, [0.0, 4.0 * h * b2]);
+            over(plus(b, root(plus(times(b, b), four))), scaled(a, 2.0))
         }
     };
-    let (angle, decay) = (z.1.atan2(z.0), -z.0.hypot(z.1).ln());
+    let (angle, decay) = (z[1].atan2(z[0]), -z[0].hypot(z[1]).ln());
     [angle / h, decay / angle.hypot(decay)]
 }
 
