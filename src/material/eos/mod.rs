@@ -87,13 +87,13 @@ pub struct FluidState {
 /// An equation of state `p = A(η) + B(η) E`.
 ///
 /// ```
-/// use lateen::material::eos::{EquationOfState, IdealGas, Linear};
+/// use lateen::material::eos::{EquationOfState, IdealGas, LinearLiquid};
 ///
 /// // Air at rest: p = (γ − 1) E.
 /// let air = IdealGas { gamma: 1.4 };
 /// assert!((air.coefficients(1.2, 0.0).pressure(250e3) - 100e3).abs() < 1e-6);
 /// // Water pressed together by 1 %: p = c0² (ρ − ρ0).
-/// let water = Linear { sound_speed: 100.0, tensile_strength: 0.0 };
+/// let water = LinearLiquid { sound_speed: 100.0, tensile_strength: 0.0 };
 /// assert!((water.coefficients(1000.0, 0.01).pressure(0.0) - 1e5).abs() < 1e-6);
 /// ```
 pub trait EquationOfState: std::fmt::Debug + Send + Sync {
