@@ -8,12 +8,11 @@
 //! Which layer it is doesn't matter where a stream passes all of a solid: it comes off behind it where fluid sticks, and
 //! nowhere where it glides.
 
-use super::path::{SolidSurroundings, driven_stream, longest_side};
+use super::path::{SolidSurroundings, driven_stream, longest_side, speed_of_inlets};
 use crate::case::resolution::size_of;
 use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
@@ -22,9 +21,6 @@ use std::f64::consts::{PI, TAU};
 
 /// Part of the layer that an element may fill for the fluid to stick.
 const PART: f64 = 0.5;
-
-/// Times at which the speed of inlets is taken.
-const TIMES: usize = 32;
 
 /// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the
 /// layer that the solid slows down, and says so of each of them ([`FlowScales::layer`]).
@@ -42,7 +38,7 @@ pub(super) fn choose<const D: usize, const N: usize>(
     modes: &[NaturalMode<D>],
     around: &SolidSurroundings<D, N>,
 ) -> Vec<String> {
-    let SolidSurroundings { file, mesh, locator, boundaries, fluids, .. } = around;
+    let SolidSurroundings { file, mesh, locator, fluids, .. } = around;
     let open: Vec<usize> =
         (0..).zip(file.solids()).filter(|&(_, body)| file.body[body].surface.is_none()).map(|(s, _)| s).collect();
     let (Some(heaviest), InitialStateSpec::Given) =
@@ -50,9 +46,8 @@ pub(super) fn choose<const D: usize, const N: usize>(
     else {
         return Vec::new();
     };
-    let end = file.time.end;
-    let speed = speed_of_inlets(mesh, boundaries, end);
-    let flow = FlowScales { heaviest, speed, stream: driven_stream(around), end };
+    let (speed, stream) = (speed_of_inlets(around), driven_stream(around));
+    let flow = FlowScales { heaviest, speed, stream, end: file.time.end };
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
@@ -63,11 +58,10 @@ pub(super) fn choose<const D: usize, const N: usize>(
             continue;
         }
         let (fluid, name) = (&heaviest.name, &setup.name);
-        let rigid = setup.law.is_rigid() && (fluids.len() < 2 || flow.speed > 0.0);
-        if rigid || flow.passes(setup) {
+        if let Some(why) = flow.reason_to_stick(setup, fluids.len()) {
             notes.push(format!(
-                "{fluid} sticks to `{name}`, elements of {element:.1e} m of it where {layer:.1e} m can be slowed down until \
-                 the end; `surface = \"slip\"` has it glide"
+                "{fluid} sticks to `{name}`, {why}: elements of {element:.1e} m don't hold the layer of {layer:.1e} m that it \
+                 slows down; `surface = \"slip\"` has it glide"
             ));
             continue;
         }
@@ -93,9 +87,14 @@ struct FlowScales<'a> {
 }
 
 impl FlowScales<'_> {
-    /// True where a stream passes all of a solid within the run.
-    fn passes<const D: usize>(&self, setup: &SolidSetup<D>) -> bool {
-        self.stream * self.end > longest_side(setup)
+    /// Why fluid sticks to a solid whose layer elements don't hold, in a case with so many fluids; `None` where it glides.
+    fn reason_to_stick<const D: usize>(&self, setup: &SolidSetup<D>, fluids: usize) -> Option<&'static str> {
+        match setup.law.is_rigid() {
+            true if fluids < 2 => Some("which is rigid, in one fluid"),
+            true if self.speed > 0.0 => Some("which is rigid, in a stream"),
+            false if self.stream * self.end > longest_side(setup) => Some("which a stream passes"),
+            _ => None,
+        }
     }
 
     /// The layer that a solid slows down [m]: as it swings in the longest of the periods of its modes, in the stream
@@ -132,23 +131,6 @@ fn layer_of_stream<const D: usize>(fluid: &FluidSetup, setup: &SolidSetup<D>, sp
     }
     let length = longest_side(setup);
     2.0 * (fluid.law.viscosity(speed / length) / fluid.density * length / speed).sqrt()
-}
-
-/// The largest speed with which fluid comes in through inlets until the end of a run [m/s].
-fn speed_of_inlets<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    boundaries: &[BoundarySetup<D>],
-    end: f64,
-) -> f64 {
-    let inlets = boundaries.iter().filter(|set| set.condition.kind() == BoundaryKind::Inlet);
-    let nodes = inlets.flat_map(|set| set.facets.iter().map(move |&facet| (set, facet)));
-    let speeds = nodes.flat_map(|(set, facet)| {
-        let places = mesh.facet_nodes(facet).into_iter().map(|node| mesh.nodes()[node as usize]);
-        let times = (1..=TIMES).map(move |k| end * k as f64 / TIMES as f64);
-        let at = move |x: Vector<D>| times.clone().filter_map(move |t| set.condition.velocity(x, t));
-        places.flat_map(at).map(|v| v.norm())
-    });
-    speeds.filter(|speed| speed.is_finite()).fold(0.0, f64::max)
 }
 
 /// Mean size of the elements of the fluid's mesh at the nodes of a surface [m]; `None` outside of the mesh.

@@ -25,7 +25,7 @@ use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::structure::modes::NaturalMode;
 use std::ops::Range;
 use stream::AmbientStream;
-pub(super) use stream::driven as driven_stream;
+pub(super) use stream::{driven as driven_stream, of_inlets as speed_of_inlets};
 
 /// Surroundings of solids at the start: mesh, boundaries, fluids, gravity.
 pub(super) struct SolidSurroundings<'a, const D: usize, const N: usize> {

@@ -11,7 +11,7 @@
 use super::{SolidSurroundings, extent};
 use crate::case::construct::flow::fluids::velocity_at;
 use crate::math::Vector;
-use crate::pfem2::boundary::Condition;
+use crate::pfem2::boundary::{BoundaryKind, Condition};
 
 /// Times of a run at which conditions are taken.
 const TIMES: usize = 32;
@@ -41,7 +41,7 @@ impl<const D: usize> AmbientStream<D> {
 pub(super) fn strongest<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> Option<AmbientStream<D>> {
     let density = around.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
     let of = |speed: f64, directions: Vec<Vector<D>>| AmbientStream { speed, density, directions };
-    let led = fastest(prescribed(around).chain(initial(around)));
+    let led = fastest(prescribed(around, |_| true).chain(initial(around)));
     let led = led.and_then(|v| Some(of(v.norm(), vec![v.normalized()?])));
     let pushed = of((2.0 * pressure_difference(around) / density).sqrt(), both_ways(|_| true));
     let all = led
@@ -49,6 +49,13 @@ pub(super) fn strongest<const D: usize, const N: usize>(around: &SolidSurroundin
         .chain([pushed, fall(around, density)])
         .filter(|stream| stream.speed.is_finite() && stream.speed > 0.0);
     all.max_by(|a, b| a.speed.total_cmp(&b.speed))
+}
+
+/// The largest speed with which fluid comes in through inlets until the end of a run [m/s].
+pub(in crate::case::construct::flow) fn of_inlets<const D: usize, const N: usize>(
+    around: &SolidSurroundings<D, N>,
+) -> f64 {
+    fastest(prescribed(around, |kind| kind == BoundaryKind::Inlet)).map_or(0.0, |v| v.norm())
 }
 
 /// The speed of the stream that solids may meet but for the fall of fluids [m/s]. Pressures at openings drive none where
@@ -59,7 +66,7 @@ pub(in crate::case::construct::flow) fn driven<const D: usize, const N: usize>(
     let density = around.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
     let weightless = times(around.file.time.end).all(|t| around.gravity(middle(around), t) == Vector::ZERO);
     let pressure = if weightless { pressure_difference(around) } else { 0.0 };
-    let led = fastest(prescribed(around).chain(initial(around))).map_or(0.0, |v| v.norm());
+    let led = fastest(prescribed(around, |_| true).chain(initial(around))).map_or(0.0, |v| v.norm());
     Some(led.max((2.0 * pressure / density).sqrt())).filter(|speed| speed.is_finite()).unwrap_or(0.0)
 }
 
@@ -90,10 +97,14 @@ fn times(end: f64) -> impl Iterator<Item = f64> {
     (0..=TIMES).map(move |k| end * k as f64 / TIMES as f64)
 }
 
-/// Velocities that boundaries prescribe [m/s].
-fn prescribed<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> impl Iterator<Item = Vector<D>> {
+/// Velocities that boundaries of some kinds prescribe [m/s].
+fn prescribed<const D: usize, const N: usize>(
+    around: &SolidSurroundings<D, N>,
+    by: impl Fn(BoundaryKind) -> bool,
+) -> impl Iterator<Item = Vector<D>> {
     let end = around.file.time.end;
-    boundary_places(around).flat_map(move |(condition, x)| times(end).filter_map(move |t| condition.velocity(x, t)))
+    let places = boundary_places(around).filter(move |(condition, _)| by(condition.kind()));
+    places.flat_map(move |(condition, x)| times(end).filter_map(move |t| condition.velocity(x, t)))
 }
 
 /// Velocities of the fluids at the start [m/s].
