@@ -14,6 +14,7 @@ mod couette;
 mod driven_square;
 mod enclosed;
 mod energy;
+mod films;
 mod floating;
 mod holding;
 mod incompressible;

@@ -96,7 +96,9 @@ impl<const D: usize> SolidTracking<D> {
 
     /// The predicted surface.
     fn surface(&self) -> SolidSurface<D> {
-        SolidSurface::new(&self.structure.meshes(), &self.structure.positions(&self.last.predicted))
+        let meshes = self.structure.meshes();
+        let bonded_to = self.structure.ties.bonded_to(meshes.len());
+        SolidSurface::new(&meshes, &self.structure.positions(&self.last.predicted)).with_bonds(bonded_to)
     }
 
     /// The mesh cut at a surface.

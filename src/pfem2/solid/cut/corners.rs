@@ -10,7 +10,7 @@
 use super::corners_beyond_nodes::CornersBeyondNodes;
 use super::cut_point::{LEAST_EDGE_SHARE, LEAST_GLIDING_EDGE_SHARE};
 use super::polygon::{PolygonCorner, triangulated};
-use super::{CutBySolid, CutPoint, ElementState, SolidCut, Vertex, parts};
+use super::{CutBySolid, CutPoint, ElementState, SolidCut, Vertex, body_of, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{SolidSurface, SurfaceCorner};
@@ -40,7 +40,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         for (&element, corners) in &held {
             let kept = match (self.state[element], &corners[..]) {
-                (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
+                (ElementState::Cut(place), _) => {
+                    let own: Vec<_> =
+                        corners.iter().filter(|corner| self.is_cut_by(surface, place, corner.node)).copied().collect();
+                    let kept = self.keep_inside(mesh, place as usize, &own);
+                    kept.filter(|()| own.len() == corners.len())
+                }
                 (ElementState::Fluid, _) => {
                     let is_plain = |behind| !held.contains_key(&behind);
                     let beyond = CornersBeyondNodes::new(mesh, self, element, corners, is_plain);
@@ -83,6 +88,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
+    /// True if a cut point of an element lies on the solid of a global node.
+    fn is_cut_by(&self, surface: &SolidSurface<D>, place: u32, node: u32) -> bool {
+        let body_at = |point: u32| body_of(surface, &self.points[point as usize].weights);
+        self.elements[place as usize].points.iter().any(|&point| body_at(point) == Some(surface.body_of(node)))
+    }
+
     /// The element near solids that holds a corner, and its place there, no nearer to the sides of the element than it
     /// may be [m]. Of two elements on whose common side it lies that into which the solid goes on from it.
     fn holder(&self, mesh: &Mesh<D, N>, corner: &SurfaceCorner<D>) -> Option<(usize, Vector<D>)> {
@@ -123,7 +134,14 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     pub(super) fn add_point(&mut self, position: Vector<D>, weights: Vec<(u32, f64)>) -> u32 {
-        self.points.push(CutPoint { edge: None, gliding_node: None, position, weights, bound_directions: None });
+        self.points.push(CutPoint {
+            edge: None,
+            film_edge: None,
+            gliding_node: None,
+            position,
+            weights,
+            bound_directions: None,
+        });
         self.points.len() as u32 - 1
     }
 

@@ -142,7 +142,7 @@ fn crossings<const D: usize, const N: usize>(
     let seen = |end: usize| {
         let at = |t: f64| x[end] + (middle - x[end]) * t;
         let ends = [surface.distance(x[end]), inside];
-        let (t, foot) = crossing(surface, at, ends, 0.0, (middle - x[end]).norm());
+        let (t, foot) = crossing(|x| surface.foot(x), at, ends, 0.0, (middle - x[end]).norm());
         Some((at(t), surface.weights(&foot.or_else(|| surface.foot(at(t)))?)))
     };
     Some([seen(0)?, seen(1)?])

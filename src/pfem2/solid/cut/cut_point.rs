@@ -22,12 +22,17 @@ pub(super) const LEAST_INNER_EDGE_SHARE: f64 = 1e-6;
 /// together.
 pub(super) const LEAST_GLIDING_EDGE_SHARE: f64 = 1e-3;
 
+/// Films thinner than this part of their edge are left out: there solids touch.
+pub(super) const LEAST_THICKNESS: f64 = 1e-3;
+
 /// A point of the surface that is a corner of the fluid part of elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutPoint<const D: usize> {
     /// The node outside and the node inside of the edge of the mesh on which it lies. `None` on a corner or an edge
-    /// of the solid, and on an edge of the mesh that the solid crosses between two nodes outside.
+    /// of the solid, on an edge of the mesh that the solid crosses between two nodes outside, and in films.
     pub edge: Option<[u32; 2]>,
+    /// The two nodes inside on whose edge of the mesh it bounds a film, that beside it first; `None` elsewhere.
+    pub film_edge: Option<[u32; 2]>,
     /// The node outside that the fluid there follows in the directions in which it isn't bound to the solid.
     pub gliding_node: Option<u32>,
     /// Position [m]: on an edge of the mesh, on a face, or inside an element.
@@ -67,18 +72,23 @@ impl<const D: usize> CutPoint<D> {
     }
 }
 
-/// The cut point of an edge from the node outside to the node inside.
+/// The cut point of an edge from the node outside to the node inside, which lies in this body:
+/// a solid, or the first of those that are bonded.
 pub(super) fn cut_point<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
     conditions: &[SurfaceCondition],
     distance: &[f64],
-    edge: [u32; 2],
+    (edge, body): ([u32; 2], usize),
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
     let ends = edge.map(|node| distance[node as usize]);
-    let (t, foot) = crossing(surface, at, ends, level_of(mesh, surface, edge[1], ends[1]), (end - start).norm());
+    let (length, level) = ((end - start).norm(), level_of(mesh, surface, edge[1], ends[1]));
+    let of_all = crossing(|x| surface.foot(x), at, ends, level, length);
+    let is_other = of_all.1.is_some_and(|foot| surface.body(foot.solid) != body);
+    let own = is_other.then(|| own_crossing(surface, at, body, length)).flatten();
+    let (t, foot) = own.unwrap_or(of_all);
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
     let last =
         if conditions.contains(&SurfaceCondition::Slip) { LEAST_GLIDING_EDGE_SHARE } else { LEAST_INNER_EDGE_SHARE };
@@ -87,7 +97,26 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     let bound_directions =
         foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
-    CutPoint { edge: Some(edge), gliding_node: Some(edge[0]), position: at(kept), weights, bound_directions }
+    CutPoint {
+        edge: Some(edge),
+        film_edge: None,
+        gliding_node: Some(edge[0]),
+        position: at(kept),
+        weights,
+        bound_directions,
+    }
+}
+
+/// Where an edge of some length [m] leaves the body of its node inside, and meets another one farther on.
+fn own_crossing<const D: usize>(
+    surface: &SolidSurface<D>,
+    at: impl Fn(f64) -> Vector<D>,
+    body: usize,
+    length: f64,
+) -> Option<(f64, Option<NearestPoint<D>>)> {
+    let of_body = |x| surface.foot_on_body(body, x);
+    let ends = [of_body(at(0.0))?.distance, of_body(at(1.0))?.distance];
+    (ends[0] > 0.0 && ends[1] < 0.0).then(|| crossing(of_body, at, ends, 0.0, length))
 }
 
 /// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface,
@@ -103,10 +132,10 @@ fn level_of<const D: usize, const N: usize>(
 }
 
 /// Point where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given
-/// the distances at its ends, of which the first is above the level and the second is not; the nearest point
-/// of the surface there, if the crossing was found.
+/// the `nearest` point of the surface to a place, and the distances at its ends, of which the first is above the level
+/// and the second is not; the nearest point there, if the crossing was found.
 pub(super) fn crossing<const D: usize>(
-    surface: &SolidSurface<D>,
+    nearest: impl Fn(Vector<D>) -> Option<NearestPoint<D>>,
     at: impl Fn(f64) -> Vector<D>,
     [outside, inside]: [f64; 2],
     level: f64,
@@ -119,7 +148,7 @@ pub(super) fn crossing<const D: usize>(
     let mut t = (outside - level) / (outside - inside);
     let mut bracket = [0.0, 1.0];
     for _ in 0..PASSES {
-        let Some(foot) = surface.foot(at(t)) else { break };
+        let Some(foot) = nearest(at(t)) else { break };
         let beyond = foot.distance - level;
         if beyond.abs() <= TOLERANCE * length {
             return (t, Some(foot));

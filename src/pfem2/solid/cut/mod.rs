@@ -22,6 +22,10 @@ mod corners;
 mod corners_beyond_nodes;
 mod cut_point;
 mod edge_passages;
+mod film_parts;
+#[cfg(test)]
+mod film_tests;
+mod films;
 mod parts;
 mod polygon;
 mod slip_at_edges;
@@ -85,7 +89,7 @@ pub struct NodeInside {
 pub enum ElementState {
     /// No node is inside, and no tip or edge of a solid is kept that reaches into it.
     Fluid,
-    /// All nodes are inside.
+    /// All nodes are inside, and no film crosses it.
     Solid,
     /// The surface of a solid passes it: some nodes are inside, or none, where it holds only a tip or an edge
     /// of a solid; its place in [`SolidCut::elements`].
@@ -137,11 +141,16 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             distance,
         };
         let edges = cut.divide(mesh, &touched(mesh, &nodes));
-        let distance = &cut.distance;
-        let point = |k: usize| cut_point(mesh, surface, conditions, distance, edges[k]);
+        let (distance, own) = (&cut.distance, &cut);
+        let point = |k: usize| {
+            let body = own.body_at(surface, edges[k][1]).unwrap_or_default();
+            cut_point(mesh, surface, conditions, distance, (edges[k], body))
+        };
         cut.points = parallel::collect(edges.len(), PIECE, point);
+        let films = cut.find_films(mesh, surface);
         cut.keep_corners(mesh, surface);
-        cut.keep_edges(mesh, surface, conditions);
+        cut.keep_edges(mesh, surface, conditions, &films);
+        cut.add_films(mesh, surface, films);
         cut.glide_along_edges();
         cut.glide_along_chords(mesh);
         let points = &cut.points;
@@ -173,6 +182,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
         }
         edges
+    }
+
+    /// The solid of a background node inside, or the first of those that it is bonded with.
+    fn body_at(&self, surface: &SolidSurface<D>, node: u32) -> Option<usize> {
+        let place = self.inside.binary_search_by_key(&node, |inside| inside.node).ok()?;
+        body_of(surface, &self.inside[place].weights)
     }
 
     /// True for a background node inside a solid.
@@ -219,6 +234,11 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         missed.into_iter().collect()
     }
+}
+
+/// The solid of a place with these weights, or the first of those that it is bonded with.
+fn body_of<const D: usize>(surface: &SolidSurface<D>, weights: &NodeWeights) -> Option<usize> {
+    Some(surface.body_of(weights.first()?.0))
 }
 
 /// Signed distances of the nodes near solids, and the nodes inside, ascending.

@@ -12,7 +12,8 @@
 use super::cones::{Corner, CrossedElement};
 use super::cut_point::{LEAST_GLIDING_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, crossing};
 use super::edge_passages::{EdgePoint, LEAST_SHAPE_FUNCTION, Passage, SharpEdges, moved_inside};
-use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
+use super::films::Films;
+use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, body_of, parts};
 use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
 use crate::parallel;
@@ -52,15 +53,22 @@ type Crossings<const D: usize> = BTreeMap<[u32; 2], CutPoint<D>>;
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// Makes edges of solids edges of the fluid part of elements.
-    pub(super) fn keep_edges(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, conditions: &[SurfaceCondition]) {
+    ///
+    /// Elements with films, or with cut points of several bodies, keep none: a cone would join these.
+    pub(super) fn keep_edges(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        surface: &SolidSurface<D>,
+        conditions: &[SurfaceCondition],
+        films: &Films<D>,
+    ) {
         let edges = SharpEdges::new(surface.sharp_edges());
         if edges.pieces.is_empty() {
             return;
         }
         let solids = Solids { surface, conditions, edges };
         let passed = self.passed(mesh, &solids.edges);
-        let twice = self.crossed_twice(mesh, &solids, &passed);
-        let mut near = self.near_edges(mesh, &solids, &twice);
+        let (mut near, twice) = self.near_edges_of_one_body(mesh, &solids, &passed, films);
         let on_faces = self.points_on_faces(mesh, &solids, &near);
         let numbers: BTreeMap<[u32; 2], u32> = twice.into_iter().map(|(edge, point)| (edge, self.add(point))).collect();
         let faces: BTreeMap<Vec<u32>, u32> = on_faces
@@ -144,6 +152,45 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         near.into_iter().filter(|(_, own)| own.apex.is_some() || own.crossed.has_crossed_twice()).collect()
     }
 
+    /// The elements of which an edge of a solid is part and that hold no other body and no film, with the crossings
+    /// of edges of the mesh that are no edges of others.
+    fn near_edges_of_one_body(
+        &self,
+        mesh: &Mesh<D, N>,
+        solids: &Solids<D>,
+        passed: &[(usize, Vec<Passage>)],
+        films: &Films<D>,
+    ) -> (BTreeMap<usize, NearEdge<D, N>>, Crossings<D>) {
+        let mut twice = self.crossed_twice(mesh, solids, passed);
+        let mut left_out = films.elements.clone();
+        loop {
+            let edges = left_out.iter().flat_map(|&e| edges_of(mesh.elements()[e as usize]));
+            let edges: BTreeSet<[u32; 2]> = edges.collect();
+            twice.retain(|edge, _| !edges.contains(&ascending(*edge)));
+            let mut near = self.near_edges(mesh, solids, &twice);
+            let count = left_out.len();
+            let of_several = near.iter().filter(|(_, own)| !self.is_of_one_body(solids, own, &twice));
+            left_out.extend(of_several.map(|(&element, _)| element as u32));
+            near.retain(|&element, _| !left_out.contains(&(element as u32)));
+            if left_out.len() == count {
+                return (near, twice);
+            }
+        }
+    }
+
+    /// True if the apex and the cut points of an element are of one body.
+    fn is_of_one_body(&self, solids: &Solids<D>, own: &NearEdge<D, N>, twice: &Crossings<D>) -> bool {
+        let CrossedElement { nodes, crossings, .. } = &own.crossed;
+        let of_crossing = |(edge, number): &([usize; 2], u32)| {
+            let point = self.points.get(*number as usize).or_else(|| twice.get(&edge.map(|k| nodes[k])))?;
+            body_of(solids.surface, &point.weights)
+        };
+        // It may lie amid edges of several bodies.
+        let apex = own.apex.iter().flat_map(|apex| &apex.weights).map(|(node, _)| Some(solids.surface.body_of(*node)));
+        let bodies: BTreeSet<Option<usize>> = apex.chain(crossings.iter().map(of_crossing)).collect();
+        bodies.len() < 2
+    }
+
     /// The crossings of an element; those of edges with both nodes outside have no number yet.
     fn crossed(&self, mesh: &Mesh<D, N>, element: usize, twice: &Crossings<D>) -> CrossedElement<N> {
         let nodes = mesh.elements()[element];
@@ -221,7 +268,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let EdgePoint { position, weights, tangent } = point;
         let along = tangent.filter(|_| solids.glides(position)).map(|tangent| Tensor::outer(tangent, tangent));
         let bound_directions = along.map(|along| Tensor::identity() - along);
-        CutPoint { edge: None, gliding_node, position, weights, bound_directions }
+        CutPoint { edge: None, film_edge: None, gliding_node, position, weights, bound_directions }
     }
 
     /// Gives an element its fluid part.
@@ -354,19 +401,31 @@ impl<const D: usize> Solids<'_, D> {
             let at = |t: f64| start + way * t;
             let part = way.norm() / length;
             let ends = [self.surface.distance(start), inside.min(0.0)];
-            let (t, _) = crossing(self.surface, at, ends, 0.0, way.norm());
+            let (t, _) = crossing(|x| self.surface.foot(x), at, ends, 0.0, way.norm());
             let t = t.min(1.0 - LEAST_EDGE_DISTANCE / part).max(LEAST_GLIDING_EDGE_SHARE / part);
             let foot = self.surface.foot(at(t))?;
             let glides = self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
             let normal = self.surface.normal(&foot).filter(|_| glides);
             let bound_directions = normal.map(|normal| Tensor::outer(normal, normal));
             let weights: NodeWeights = self.surface.weights(&foot);
-            Some(CutPoint { edge: None, gliding_node: Some(nodes[end]), position: at(t), weights, bound_directions })
+            Some(CutPoint {
+                edge: None,
+                film_edge: None,
+                gliding_node: Some(nodes[end]),
+                position: at(t),
+                weights,
+                bound_directions,
+            })
         };
         let [first, second] = [seen(0)?, seen(1)?];
         let reach = (second.position - first.position).dot(x[1] - x[0]);
         (reach > 0.0).then_some([(nodes, first), ([nodes[1], nodes[0]], second)])
     }
+}
+
+/// The edges of an element, the lower node of each first.
+fn edges_of<const N: usize>(nodes: [u32; N]) -> impl Iterator<Item = [u32; 2]> {
+    (0..N).flat_map(move |i| (i + 1..N).map(move |j| ascending([nodes[i], nodes[j]])))
 }
 
 fn ascending([a, b]: [u32; 2]) -> [u32; 2] {

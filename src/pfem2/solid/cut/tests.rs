@@ -68,7 +68,7 @@ type SimplexVertex = (bool, u32);
 
 /// Facets of the part outside match from both sides, except on the surface of the solid and at the boundary
 /// of the mesh; on the surface they close.
-fn check_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCut<D, N>) {
+pub(super) fn check_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCut<D, N>) {
     let mut count: BTreeMap<Vec<SimplexVertex>, usize> = BTreeMap::new();
     let mut add = |corners: [SimplexVertex; N]| {
         for k in 0..N {

@@ -137,6 +137,16 @@ impl Ties {
         self.pairs.contains(&[a.min(b), a.max(b)])
     }
 
+    /// For each of some solids the first of those that it is bonded with, directly or by others; or itself.
+    pub fn bonded_to(&self, solids: usize) -> Vec<usize> {
+        let mut first: Vec<usize> = (0..solids).collect();
+        for &[a, b] in &self.pairs {
+            let [kept, gone] = [first[a].min(first[b]), first[a].max(first[b])];
+            first.iter_mut().filter(|own| **own == gone).for_each(|own| *own = kept);
+        }
+        first
+    }
+
     /// True for a solid that is bonded to another.
     pub fn is_bonded(&self, solid: usize) -> bool {
         self.pairs.iter().flatten().any(|&bonded| bonded == solid)

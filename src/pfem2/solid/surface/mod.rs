@@ -52,6 +52,10 @@ pub struct SolidSurface<const D: usize> {
     elements: Vec<u32>,
     element_boxes: Boxes<D>,
     positions: Vec<Vector<D>>,
+    /// The first global node of each solid, ascending.
+    first_nodes: Vec<u32>,
+    /// For each solid the first of those that it is bonded with, or itself: no fluid is between them.
+    bonded_to: Vec<usize>,
 }
 
 /// The facets of a solid.
@@ -139,7 +143,24 @@ impl<const D: usize> SolidSurface<D> {
         let hulls = parallel::collect(elements.len() / element_nodes::<D>(), PIECE, hull);
         let normals = Normals::new(&facets, positions.len());
         let positions = positions.to_vec();
-        Self { facets, normals, solids: outlines, elements, element_boxes: boxes(0, hulls.into_iter()), positions }
+        let element_boxes = boxes(0, hulls.into_iter());
+        let (first_nodes, bonded_to) = (solids.iter().map(|(_, first)| *first).collect(), (0..solids.len()).collect());
+        Self { facets, normals, solids: outlines, elements, element_boxes, positions, first_nodes, bonded_to }
+    }
+
+    /// The surface, with the first of the solids that each is bonded with, or itself.
+    pub fn with_bonds(self, bonded_to: Vec<usize>) -> Self {
+        Self { bonded_to, ..self }
+    }
+
+    /// The solid of a global node, or the first of those that it is bonded with.
+    pub(super) fn body_of(&self, node: u32) -> usize {
+        self.body(self.first_nodes.partition_point(|&first| first <= node).saturating_sub(1))
+    }
+
+    /// The first of the solids that a solid is bonded with, or itself.
+    pub(super) fn body(&self, solid: usize) -> usize {
+        self.bonded_to.get(solid).copied().unwrap_or(solid)
     }
 
     /// The nearest point of the surface to `x` [m], that of the solid with the least signed distance; `None` without
@@ -237,11 +258,20 @@ impl<const D: usize> SolidSurface<D> {
 
     /// The nearest point of the solid with the least signed distance.
     pub(super) fn foot(&self, x: Vector<D>) -> Option<NearestPoint<D>> {
+        self.foot_on_some(x, |_| true)
+    }
+
+    /// The same of the solids that are bonded with one another, of which this is the first.
+    pub(super) fn foot_on_body(&self, body: usize, x: Vector<D>) -> Option<NearestPoint<D>> {
+        self.foot_on_some(x, |solid| self.body(solid) == body)
+    }
+
+    fn foot_on_some(&self, x: Vector<D>, counts: impl Fn(usize) -> bool) -> Option<NearestPoint<D>> {
         if !x.is_finite() {
             return None;
         }
         let mut best: Option<NearestPoint<D>> = None;
-        for (s, solid) in self.solids.iter().enumerate() {
+        for (s, solid) in self.solids.iter().enumerate().filter(|(s, _)| counts(*s)) {
             let may_be_nearer = |best: &NearestPoint<D>| {
                 let gap = solid.gap_squared(x);
                 gap == 0.0 || best.distance > 0.0 && gap < best.distance.powi(2)

@@ -4,7 +4,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState, FluidSimplex, SolidCut, Vertex};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Elements per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -41,7 +41,8 @@ impl<'a, const D: usize, const N: usize> Chords<'a, D, N> {
     }
 }
 
-/// The facets of the fluid part of an element between cut points that only one of its simplices has.
+/// The facets of the fluid part of an element between cut points that only one of its simplices has, but for those
+/// on its sides, where a film goes on in the next element.
 fn chords<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     cut: &SolidCut<D, N>,
@@ -62,6 +63,9 @@ fn chords<const D: usize, const N: usize>(
     }
     let outwards = |(mut chord, own): ([usize; D], Option<(&FluidSimplex<N>, usize)>)| {
         let (part, left_out) = own?;
+        if is_on_side(cut, element, &chord) {
+            return None;
+        }
         let position = |point: usize| cut.points[element.points[point] as usize].position;
         let fluid = cut.corners(mesh, element, part)[left_out];
         if area(chord.map(position)).dot(fluid - position(chord[0])) < 0.0 {
@@ -70,6 +74,18 @@ fn chords<const D: usize, const N: usize>(
         Some(chord)
     };
     found.into_iter().filter_map(outwards).collect()
+}
+
+/// True for cut points on edges of one side of an element.
+fn is_on_side<const D: usize, const N: usize>(
+    cut: &SolidCut<D, N>,
+    element: &CutBySolid<N>,
+    chord: &[usize; D],
+) -> bool {
+    let points = chord.iter().map(|&k| &cut.points[element.points[k] as usize]);
+    let edges: Option<Vec<[u32; 2]>> = points.map(|point| point.edge.or(point.film_edge)).collect();
+    let nodes: BTreeSet<u32> = edges.into_iter().flatten().flatten().collect();
+    (1..=D).contains(&nodes.len())
 }
 
 /// n A of a chord in the plane, turned clockwise, or of a triangle in space [m], [m²].

@@ -1,0 +1,88 @@
+//! Films between two solids.
+
+use super::super::mesh::SolidMesh;
+use super::super::surface::tests::{disc, rotation, turned_box};
+use super::tests::check_facets;
+use super::*;
+use crate::mesh::Simplex;
+
+/// A mesh of [−1, 1]ᴰ [m] cut by two solids.
+fn cut_by_pair<const D: usize, const N: usize>(
+    cells: usize,
+    solids: [&SolidMesh<D>; 2],
+) -> (Mesh<D, N>, SolidCut<D, N>) {
+    let mesh = Mesh::block(Vector::splat(-1.0), Vector::splat(1.0), [cells; D]).unwrap();
+    let first = solids[0].nodes.len() as u32;
+    let positions = [&solids[0].nodes[..], &solids[1].nodes[..]].concat();
+    let surface = SolidSurface::new(&[(solids[0], 0), (solids[1], first)], &positions);
+    let cut = SolidCut::new(&mesh, &surface, &[]);
+    (mesh, cut)
+}
+
+/// The larger of the forces that a pressure of 1 Pa everywhere has on two solids [N], and the number of elements
+/// with a film between them.
+fn force_of_an_even_pressure<const D: usize, const N: usize>(cells: usize, solids: [&SolidMesh<D>; 2]) -> (f64, usize) {
+    let (mesh, cut) = cut_by_pair::<D, N>(cells, solids);
+    check_facets(&mesh, &cut);
+    let (second, mut forces) = (solids[0].nodes.len() as u32, [Vector::<D>::ZERO; 2]);
+    for element in &cut.elements {
+        for part in &element.parts {
+            let simplex = Simplex::new(cut.corners(&mesh, element, part)).unwrap();
+            assert!(simplex.volume > 0.0);
+            for (vertex, gradient) in part.vertices.iter().zip(simplex.gradient) {
+                let Vertex::Point(k) = vertex else { continue };
+                for (node, weight) in &cut.points[element.points[usize::from(*k)] as usize].weights {
+                    forces[usize::from(*node >= second)] += gradient * (simplex.volume * weight);
+                }
+            }
+        }
+    }
+    let is_in_film = |point: &u32| cut.points[*point as usize].film_edge.is_some();
+    let films = cut.elements.iter().filter(|element| element.points.iter().any(is_in_film)).count();
+    (forces.iter().map(|force| force.norm()).fold(0.0, f64::max), films)
+}
+
+/// Two boxes that face each other over a gap of some elements of the mesh, turned by an angle.
+fn boxes<const D: usize>(half: [f64; D], gap: f64, cells: usize, angle: f64) -> [SolidMesh<D>; 2] {
+    let turn = rotation([angle, 0.7 * angle, 0.0]);
+    let away = half[0] + gap / cells as f64;
+    [-1.0, 1.0].map(|side| {
+        let center = turn.apply(Vector::unit(0) * (side * away)) + Vector::from_fn(|axis| 0.053 - 0.032 * axis as f64);
+        turned_box(half, [2; D], center, &turn)
+    })
+}
+
+/// The boundary of the fluid is closed around each solid, however near the other is: an even pressure has no force on
+/// either. (Without films, in elements without a node between them, it pressed them together.)
+#[test]
+fn an_even_pressure_has_no_force_on_solids_beside_each_other() {
+    for (gap, angle) in [(0.6, 0.0), (0.3, 0.0), (0.1, 0.0), (0.5, 0.3), (0.5, 0.7), (0.3, 1.1), (0.1, 0.3)] {
+        let [left, right] = boxes([0.27, 0.31], gap, 20, angle);
+        let (force, films) = force_of_an_even_pressure::<2, 3>(20, [&left, &right]);
+        assert!(force < 1e-13 && films > 2, "plane, {gap} {angle}: {force:e} {films}");
+    }
+    for (gap, angle) in [(0.5, 0.3), (0.5, 0.7), (0.3, 1.1)] {
+        let [left, right] = boxes([0.27, 0.31, 0.35], gap, 10, angle);
+        let (force, films) = force_of_an_even_pressure::<3, 4>(10, [&left, &right]);
+        assert!(force < 1e-13 && films > 20, "space, {gap} {angle}: {force:e} {films}");
+    }
+    for gap in [0.9, 0.5, 0.3, 0.1, 0.03] {
+        let [left, right] = [-1.0, 1.0].map(|side| {
+            let mut own = disc(6);
+            own.nodes.iter_mut().for_each(|x| *x = *x * 0.3 + Vector([0.05 + side * (0.3 + 0.05 * gap), 0.013]));
+            own
+        });
+        let (force, films) = force_of_an_even_pressure::<2, 3>(20, [&left, &right]);
+        assert!(force < 1e-13 && films > 0, "discs, {gap}: {force:e} {films}");
+    }
+}
+
+/// The film between plane sides that lie off the lines of the mesh is as wide as it is, along all of its length.
+#[test]
+fn a_film_has_the_volume_between_the_sides() {
+    let blocks = [[-0.5, 0.02], [0.05, 0.5]]
+        .map(|[lower, upper]| SolidMesh::block(Vector([lower, -1.2]), Vector([upper, 1.2]), [2, 6]).unwrap());
+    let (mesh, cut) = cut_by_pair::<2, 3>(20, [&blocks[0], &blocks[1]]);
+    let volume = cut.volume_inside(&mesh);
+    assert!((volume - 2.0 * (0.52 + 0.45)).abs() < 1e-6, "{volume}");
+}

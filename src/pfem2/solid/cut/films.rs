@@ -1,0 +1,203 @@
+//! Films of fluid between surfaces that face each other nearer than an element, with no node between (theory J.2a).
+//!
+//! ```text
+//! edge (i, j), both inside, of length L along e
+//! in different bodies:    s_i and s_j from its ends to where it leaves each
+//! in one:                 s_i = |d_i|/(n_i·e),  s_j = −|d_j|/(n_j·e),  n_i·e > 0,  n_j·e < 0,  n: at the nearest places
+//! s_i + s_j < L,  d(½ (x_i + s_i e + x_j − s_j e)) > 0:  a film crosses it, with two cut points
+//! ```
+//!
+//! Without them such elements would hold nothing, and the pressure around would press the two surfaces together, a
+//! constant one, too. The fluid of a film moves with its cut points, which follow the solids: it sticks there.
+
+use super::cut_point::{LEAST_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, LEAST_THICKNESS, crossing};
+use super::film_parts::{FilmElement, FilmNumbers};
+use super::{CutBySolid, CutPoint, ElementState, PIECE, SolidCut};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::pfem2::solid::surface::SolidSurface;
+use std::collections::BTreeSet;
+
+/// Cosine of the angle between an edge and a normal below which the edge runs along the surface.
+const LEAST_COSINE: f64 = 0.05;
+
+/// An edge of the mesh between two nodes inside, the lower first, and the cut points where a film crosses it, the one
+/// beside the lower node first.
+type FilmEdge<const D: usize> = ([u32; 2], [CutPoint<D>; 2]);
+
+/// A node inside, beside the surface.
+struct Side<const D: usize> {
+    position: Vector<D>,
+    /// Its solid, or the first of those that are bonded.
+    body: usize,
+    /// Its depth [m].
+    depth: f64,
+    /// Outward unit normal at the nearest place of the surface.
+    normal: Vector<D>,
+}
+
+/// Films, with the elements whose edges they cross.
+pub(super) struct Films<const D: usize> {
+    edges: Vec<FilmEdge<D>>,
+    pub elements: BTreeSet<u32>,
+}
+
+impl<const D: usize, const N: usize> SolidCut<D, N> {
+    /// Finds the films between surfaces.
+    pub(super) fn find_films(&self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>) -> Films<D> {
+        let edges = self.film_edges(mesh, surface);
+        let beside = |[i, j]: [u32; 2]| {
+            let around = mesh.elements_around(i as usize).iter().copied();
+            around.filter(move |&e| mesh.elements()[e as usize].contains(&j))
+        };
+        let elements = edges.iter().flat_map(|(edge, _)| beside(*edge)).collect();
+        Films { edges, elements }
+    }
+
+    /// Adds films to elements with all nodes inside, and to those that are cut.
+    pub(super) fn add_films(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, films: Films<D>) {
+        let mut numbers = FilmNumbers::new();
+        for (edge, points) in films.edges {
+            let first = self.points.len() as u32;
+            self.points.extend(points);
+            numbers.insert(edge, [first, first + 1]);
+        }
+        for element in films.elements {
+            self.add_film(mesh, surface, element, &numbers);
+        }
+    }
+
+    /// Divides the fluid part of an element anew, with the films that cross its edges; an element in which that fails
+    /// stays as it is.
+    fn add_film(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, element: u32, numbers: &FilmNumbers) {
+        let nodes = mesh.elements()[element as usize];
+        let place = match self.state[element as usize] {
+            ElementState::Fluid => return,
+            ElementState::Solid => None,
+            ElementState::Cut(place) => Some(place as usize),
+        };
+        let own: &[u32] = place.map_or(&[], |place| &self.elements[place].points);
+        let with_films = FilmElement { cut: self, mesh, surface, number: element as usize, own };
+        let Some((points, parts)) = with_films.divided(numbers) else { return };
+        if let Some(place) = place {
+            self.elements[place] = CutBySolid { points, parts, ..self.elements[place].clone() };
+            return;
+        }
+        self.state[element as usize] = ElementState::Cut(self.elements.len() as u32);
+        self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
+    }
+
+    /// The edges that films cross, ascending.
+    fn film_edges(&self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>) -> Vec<FilmEdge<D>> {
+        let edges = self.edges_near_surfaces(mesh);
+        let mut nodes: Vec<u32> = edges.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let side = |k: usize| self.side(mesh, surface, nodes[k]);
+        let sides = parallel::collect(nodes.len(), PIECE, side);
+        let side_of = |node: u32| sides[nodes.binary_search(&node).ok()?].as_ref();
+        let film = |k: usize| {
+            let [i, j] = edges[k];
+            Some((edges[k], film_between(surface, edges[k], [side_of(i)?, side_of(j)?])?))
+        };
+        parallel::collect(edges.len(), PIECE, film).into_iter().flatten().collect()
+    }
+
+    /// Edges between two nodes inside that are longer than both depths together, ascending.
+    fn edges_near_surfaces(&self, mesh: &Mesh<D, N>) -> Vec<[u32; 2]> {
+        let depth = |node: u32| self.distance[node as usize].abs();
+        let mut edges = Vec::new();
+        for &i in self.inside.iter().map(|inside| &inside.node) {
+            for nodes in mesh.elements_around(i as usize).iter().map(|&e| mesh.elements()[e as usize]) {
+                let others = nodes.into_iter().filter(|&j| j > i && self.is_inside(j));
+                let length = |j: u32| (mesh.nodes()[j as usize] - mesh.nodes()[i as usize]).norm();
+                edges.extend(others.filter(|&j| depth(i) + depth(j) < length(j)).map(|j| [i, j]));
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    fn side(&self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, node: u32) -> Option<Side<D>> {
+        let position = mesh.nodes()[node as usize];
+        let foot = surface.foot(position)?;
+        let (body, depth) = (self.body_at(surface, node)?, self.distance[node as usize].abs());
+        Some(Side { position, body, depth, normal: surface.normal(&foot)? })
+    }
+}
+
+/// The ways from the ends of an edge of this length [m] along a unit vector to the surface [m].
+fn ways_to_surface<const D: usize>(
+    surface: &SolidSurface<D>,
+    sides: [&Side<D>; 2],
+    along: Vector<D>,
+    length: f64,
+) -> Option<[f64; 2]> {
+    let [first, second] = sides;
+    if first.body == second.body {
+        let cosines = [first.normal.dot(along), -second.normal.dot(along)];
+        let faces = cosines.iter().all(|cosine| *cosine > LEAST_COSINE);
+        return faces.then(|| [first.depth / cosines[0], second.depth / cosines[1]]);
+    }
+    let way = |own: &Side<D>, other: &Side<D>| {
+        let nearest = |x| surface.foot_on_body(own.body, x);
+        let at = |t: f64| other.position + (own.position - other.position) * t;
+        let ends = [nearest(at(0.0))?.distance, nearest(at(1.0))?.distance];
+        (ends[0] > 0.0).then(|| (1.0 - crossing(nearest, at, [ends[0], ends[1].min(0.0)], 0.0, length).0) * length)
+    };
+    Some([way(first, second)?, way(second, first)?])
+}
+
+/// The cut points of an edge between nodes inside, if a film crosses it.
+fn film_between<const D: usize>(
+    surface: &SolidSurface<D>,
+    edge: [u32; 2],
+    sides: [&Side<D>; 2],
+) -> Option<[CutPoint<D>; 2]> {
+    let way = sides[1].position - sides[0].position;
+    let length = way.norm();
+    let along = way / length;
+    let [first, second] = ways_to_surface(surface, sides, along, length)?;
+    if first + second >= length * (1.0 - LEAST_THICKNESS) {
+        return None;
+    }
+    let middle = sides[0].position + along * (0.5 * (first + length - second));
+    let [own, other] = [0, 1].map(|k| surface.foot_on_body(sides[k].body, middle).map(|foot| foot.distance));
+    if own? <= 0.0 || other? <= 0.0 || surface.distance(middle) <= 0.0 {
+        return None;
+    }
+    let point = |k: usize| film_point(surface, sides[k], middle, [edge[k], edge[1 - k]], length);
+    let points = [point(0)?, point(1)?];
+    let thickness = (points[1].position - points[0].position).norm();
+    (thickness > LEAST_THICKNESS * length).then_some(points)
+}
+
+/// The cut point between a place in a film and a node inside, on an edge of this length [m] whose nodes, that one
+/// first, are `film_edge`.
+fn film_point<const D: usize>(
+    surface: &SolidSurface<D>,
+    side: &Side<D>,
+    middle: Vector<D>,
+    film_edge: [u32; 2],
+    length: f64,
+) -> Option<CutPoint<D>> {
+    let nearest = |x| surface.foot_on_body(side.body, x);
+    let to = side.position - middle;
+    let at = |t: f64| middle + to * t;
+    let margin = LEAST_INNER_EDGE_SHARE * length;
+    let ends = [nearest(middle)?.distance, nearest(side.position)?.distance];
+    let level = if ends[1] < -margin { 0.0 } else { ends[1] + margin };
+    let (t, foot) = crossing(nearest, at, ends, level, to.norm());
+    let kept = t.clamp(LEAST_EDGE_SHARE, 1.0 - LEAST_INNER_EDGE_SHARE);
+    let foot = foot.filter(|_| kept == t).or_else(|| nearest(at(kept)))?;
+    Some(CutPoint {
+        edge: None,
+        film_edge: Some(film_edge),
+        gliding_node: None,
+        position: at(kept),
+        weights: surface.weights(&foot),
+        bound_directions: None,
+    })
+}
