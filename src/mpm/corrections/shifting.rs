@@ -37,7 +37,7 @@ use crate::mpm::kernel::Kernel;
 use crate::mpm::particles::{in_field, in_field_mut};
 use crate::mpm::transfer::{GatherFields, ScatterContent};
 use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
-use crate::mpm::wall::{Bodies, Walls};
+use crate::mpm::wall::{BodiesAtWalls, Walls};
 use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};
 use free_volume::{at_walls, of_node, share_beside};
@@ -280,7 +280,8 @@ fn keep_out<const D: usize>(
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {
         let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
-        let shifts = walls.position_corrections(grid.cell, field, &Bodies::of_field(bodies, field, &shielded), step);
+        let shifts =
+            walls.position_corrections(grid.cell, field, &BodiesAtWalls::of_field(bodies, field, &shielded), step);
         for (number, particle, by) in shifts {
             let body = &mut bodies[number];
             work += work_over(grid, body, coupling.contact.stencil(), particle as usize, by);

@@ -8,7 +8,7 @@ use crate::mpm::executor::Visitor;
 use crate::mpm::grid::Ghosts;
 use crate::mpm::grid::small_mass::{self, TrialMomentum};
 use crate::mpm::particles::{Summary, health, in_field_mut};
-use crate::mpm::wall::Bodies;
+use crate::mpm::wall::BodiesAtWalls;
 use crate::mpm::{Mpm, VelocityField};
 use crate::parallel;
 
@@ -55,7 +55,7 @@ impl<const D: usize> Mpm<D> {
             walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             own.small = small_mass::find(grid, &mut own.nodes, &own.cutoffs);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
-            let bodies = Bodies::of_field(bodies, field, &shielded);
+            let bodies = BodiesAtWalls::of_field(bodies, field, &shielded);
             walls.constrain_start(grid, field, &mut own.nodes, &bodies, step);
             Ok(())
         })
@@ -97,7 +97,7 @@ impl<const D: usize> Mpm<D> {
             // Lian (64).
             TrialMomentum { gravity, dt, cutoffs: *cutoffs }.advance(grid, nodes, applied);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
-            walls.measure(grid, field, &Bodies::of_field(bodies, field, &shielded));
+            walls.measure(grid, field, &BodiesAtWalls::of_field(bodies, field, &shielded));
             walls.constrain_trial(grid, field, nodes, step);
         });
     }

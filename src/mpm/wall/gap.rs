@@ -61,15 +61,15 @@ impl GapConditions {
 
 /// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at
 /// the distance `d` [m].
-pub(in crate::mpm) struct Bodies<'a, const D: usize> {
-    /// The bodies with their numbers.
+pub(in crate::mpm) struct BodiesAtWalls<'a, const D: usize> {
+    /// The bodies with their numbers in the case.
     pub all: Vec<(usize, &'a Body<D>)>,
     /// `shielded(x, n, d)`.
     pub shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
 }
 
-impl<'a, const D: usize> Bodies<'a, D> {
-    /// Gaps of a field among all.
+impl<'a, const D: usize> BodiesAtWalls<'a, D> {
+    /// The bodies of a field among all.
     pub fn of_field(
         bodies: &'a [Body<D>],
         field: usize,
@@ -101,7 +101,7 @@ impl<'a, const D: usize> Bodies<'a, D> {
 
 impl<const D: usize> Walls<D> {
     /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
-    pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &Bodies<'_, D>) {
+    pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &BodiesAtWalls<'_, D>) {
         let mut gaps = std::mem::take(&mut self.field_reactions[field].gap);
         gaps.clear();
         gaps.resize(self.conditions.len(), f64::INFINITY);

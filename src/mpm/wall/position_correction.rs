@@ -12,7 +12,7 @@
 //!
 //! A body that starts within an obstacle, clamped by it, say, is not corrected.
 
-use super::{Bodies, Walls};
+use super::{BodiesAtWalls, Walls};
 use crate::math::Vector;
 use crate::mpm::LeapfrogStep;
 use crate::mpm::particles::Body;
@@ -55,7 +55,7 @@ impl<const D: usize> Walls<D> {
         &self,
         cell: f64,
         field: usize,
-        bodies: &Bodies<'_, D>,
+        bodies: &BodiesAtWalls<'_, D>,
         step: &LeapfrogStep,
     ) -> Vec<(usize, u32, Vector<D>)> {
         let obstacles = self.surfaces(field);
