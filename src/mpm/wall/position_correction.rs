@@ -15,7 +15,7 @@
 use super::{BodiesAtWalls, Walls};
 use crate::math::Vector;
 use crate::mpm::LeapfrogStep;
-use crate::mpm::particles::Body;
+use crate::mpm::particles::{Bodies, Body};
 
 /// The least distance from an obstacle over the reach of the body.
 pub(super) const LEAST_OBSTACLE_DISTANCE: f64 = 0.5;
@@ -28,7 +28,7 @@ const TRIES: usize = 4;
 
 impl<const D: usize> Walls<D> {
     /// Records which of the bodies start within which obstacles.
-    pub fn note_overlaps(&mut self, bodies: &[Body<D>]) {
+    pub fn note_overlaps(&mut self, bodies: &Bodies<D>) {
         let within = |body: &Body<D>, obstacle: usize| {
             let particles = &body.particles;
             let edges = particles.volume.iter().map(|volume| volume.powf(1.0 / D as f64));
