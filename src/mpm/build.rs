@@ -5,7 +5,7 @@ use super::coupling::{Coupling, CouplingSettings, build_membranes};
 use super::executor::{Plain, Tiles};
 use super::grid::{Ghosts, MassCutoffs};
 use super::kernel::Kernel;
-use super::particles::{Body, Particles, field_count, in_field};
+use super::particles::{Bodies, Body, Particles};
 use super::regions::parts;
 use super::state::energy::Energy;
 use super::state::notices::Notices;
@@ -32,14 +32,13 @@ impl<const D: usize> Mpm<D> {
         let (bodies, membranes) = build_parts(&mut setup)?;
         let friction = FrictionTable { listed: std::mem::take(&mut setup.friction), default: setup.default_friction };
         let bodies = parts::divide(bodies, &membranes, &friction)?;
-        let fields = field_count(&bodies);
         let kernel = Kernel::new(setup.kernel, 0.25);
-        let cutoffs = mass_cutoffs(&bodies, fields, kernel, &setup.transfer);
+        let cutoffs = mass_cutoffs(&bodies, kernel, &setup.transfer);
         let touching = cutoffs.iter().map(|cutoffs| cutoffs.contact).fold(f64::INFINITY, f64::min);
         let stencil = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(membranes, &bodies, stencil, &friction, coupling_settings(&setup));
         let method = build_method(&setup, &bodies);
-        let mut walls = Walls::new(&setup.grid, setup.obstacles, fields, stencil);
+        let mut walls = Walls::new(&setup.grid, setup.obstacles, bodies.field_count(), stencil);
         walls.note_overlaps(&bodies);
         walls.note_solids(&bodies);
         let grid = build_grid(&setup.grid, &walls, cutoffs);
@@ -63,14 +62,14 @@ impl<const D: usize> Mpm<D> {
 
     /// The first bound of the step and the energy that the ledger starts from.
     fn start(&mut self) {
-        for body in &mut self.bodies {
+        for body in self.bodies.iter_mut() {
             // An increment of no time leaves the state as it is and gives the wave speeds.
             let (law, view) = body.view();
             let still = [Tensor::ZERO; CHUNK_LEN];
             let cell = self.grid.cell;
             view.visit(&|chunk: &mut View<'_, D>| chunk.update_law(law, &still[..chunk.len()], 0.0, cell));
         }
-        for body in &mut self.bodies {
+        for body in self.bodies.iter_mut() {
             body.largest_wave_speed = stability::largest_wave_speed(body);
         }
         self.clock.bound = self.step_bound();
@@ -99,13 +98,13 @@ impl<const D: usize> Mpm<D> {
 ///
 /// # Errors
 /// Everything in the description that can't be run.
-fn build_parts<const D: usize>(setup: &mut Setup<D>) -> Result<(Vec<Body<D>>, Vec<Membrane<D>>), Vec<Diagnostic>> {
+fn build_parts<const D: usize>(setup: &mut Setup<D>) -> Result<(Bodies<D>, Vec<Membrane<D>>), Vec<Diagnostic>> {
     let mut findings = check(setup);
     let fields = field_numbers(&setup.bodies);
     let mut bodies = Vec::new();
     for (index, (body, field)) in std::mem::take(&mut setup.bodies).into_iter().zip(fields).enumerate() {
-        match build_body(body, field, setup.kernel, setup.transfer, setup.grid.cell) {
-            Ok(body) => bodies.push(body),
+        match build_body(body, setup.kernel, setup.transfer, setup.grid.cell) {
+            Ok(body) => bodies.push((field, body)),
             Err(message) => findings.push(Diagnostic::error(format!("body[{index}].material"), message)),
         }
     }
@@ -114,7 +113,7 @@ fn build_parts<const D: usize>(setup: &mut Setup<D>) -> Result<(Vec<Body<D>>, Ve
         Vec::new()
     });
     let fails = findings.iter().any(|finding| finding.severity == crate::error::Severity::Error);
-    if fails { Err(findings) } else { Ok((bodies, membranes)) }
+    if fails { Err(findings) } else { Ok((Bodies::new(bodies), membranes)) }
 }
 
 fn coupling_settings<const D: usize>(setup: &Setup<D>) -> CouplingSettings {
@@ -127,7 +126,7 @@ fn coupling_settings<const D: usize>(setup: &Setup<D>) -> CouplingSettings {
     }
 }
 
-fn build_method<const D: usize>(setup: &Setup<D>, bodies: &[Body<D>]) -> MethodChoices<D> {
+fn build_method<const D: usize>(setup: &Setup<D>, bodies: &Bodies<D>) -> MethodChoices<D> {
     MethodChoices {
         transfer: setup.transfer,
         schedule: SweepSchedule::new(setup.stress_update, setup.locking),
@@ -214,7 +213,6 @@ fn field_numbers<const D: usize>(bodies: &[BodySetup<D>]) -> Vec<usize> {
 /// The material points of one body in their first state.
 fn build_body<const D: usize>(
     setup: BodySetup<D>,
-    field: usize,
     kernel: KernelKind,
     transfer: Transfer,
     cell: f64,
@@ -235,7 +233,7 @@ fn build_body<const D: usize>(
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
     let kernel = Kernel::new(kernel, 0.5 * width / cell);
     let body = Body::new(setup.name, setup.law.into(), kernel, particles);
-    Ok(Body { field, skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
+    Ok(Body { skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
 }
 
 /// Gives placed particles their volumes [m³] and the masses, energies, pressures and stresses that the law makes of
@@ -268,19 +266,15 @@ fn set_first_state<const D: usize>(
 }
 
 /// The masses below which the nodes of each field are small, from the lightest particle among its bodies.
-fn mass_cutoffs<const D: usize>(
-    bodies: &[Body<D>],
-    fields: usize,
-    kernel: Kernel,
-    transfer: &Transfer,
-) -> Vec<MassCutoffs> {
-    let masses = |field: usize| in_field(bodies, field).flat_map(|body| body.particles.mass.iter().copied());
-    (0..fields).map(|field| MassCutoffs::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
+fn mass_cutoffs<const D: usize>(bodies: &Bodies<D>, kernel: Kernel, transfer: &Transfer) -> Vec<MassCutoffs> {
+    let masses = |field: usize| bodies.field(field).iter().flat_map(|body| body.particles.mass.iter().copied());
+    let lightest = |field: usize| masses(field).fold(f64::INFINITY, f64::min);
+    (0..bodies.field_count()).map(|field| MassCutoffs::new(kernel, transfer, lightest(field))).collect()
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
 /// start, which the columns of wave speeds hold before the first step.
-fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
+fn filter_time<const D: usize>(transfer: Transfer, bodies: &Bodies<D>, cell: f64) -> f64 {
     let largest = |body: &Body<D>| parallel::max(body.particles.len(), |p| body.particles.wave_speed[p]);
     let sound = bodies.iter().map(largest).fold(0.0, f64::max);
     match transfer {

@@ -12,7 +12,7 @@
 
 use super::contact::{ContactPass, Contacts, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface};
 use super::membrane::Membrane;
-use super::particles::Body;
+use super::particles::Bodies;
 use super::proximity::Proximity;
 use super::wall::Walls;
 use super::wall::folded_stencil::FoldedStencil;
@@ -81,7 +81,7 @@ impl<const D: usize> Coupling<D> {
     /// Membranes and bodies that may touch.
     pub fn new(
         membranes: Vec<Membrane<D>>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         stencil: FoldedStencil<D>,
         friction: &FrictionTable,
         settings: CouplingSettings,
@@ -111,7 +111,7 @@ impl<const D: usize> Coupling<D> {
         &mut self,
         grid: &mut Grid<D>,
         walls: &Walls<D>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         step: &LeapfrogStep,
         timer: &mut Timer,
     ) -> Result<(), StepError> {

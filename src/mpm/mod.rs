@@ -19,7 +19,7 @@
 //! | `traction`, `setup`, `leapfrog` | loads on surfaces, what a run starts from, the times of a step |
 //! | `grid` | velocity fields on a sparse lattice, ghosts, nodes of small mass |
 //! | `bins` | the order of particles by blocks of the grid |
-//! | `particles` | material points in columns, and checks of their state |
+//! | `particles` | material points in columns, the bodies by velocity field, and checks of their state |
 //! | `transfer` | scatter and gather over sorted particles |
 //! | `motion`, `stress` | what is done with gathered sums: velocities, positions, strain, stress, averages against locking, heat |
 //! | `executor` | the visits of a schedule, computed by transfers or by plain loops |

@@ -31,7 +31,7 @@ use super::corrections::volumes;
 use super::coupling::Coupling;
 use super::executor::Executor;
 use super::grid::Ghosts;
-use super::particles::Body;
+use super::particles::Bodies;
 use super::state::energy::{Energy, GridWork};
 use super::state::health;
 use super::state::notices::Notices;
@@ -48,7 +48,7 @@ pub struct Mpm<const D: usize> {
     pub(super) grid: Grid<D>,
     pub(super) ghosts: Ghosts<D>,
     pub(super) walls: Walls<D>,
-    pub(super) bodies: Vec<Body<D>>,
+    pub(super) bodies: Bodies<D>,
     pub(super) coupling: Coupling<D>,
     pub(super) method: MethodChoices<D>,
     /// The executor of the sweeps over the particles.

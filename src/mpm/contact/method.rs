@@ -8,15 +8,16 @@ use super::impulse::ContactTotals;
 use super::partner::Partners;
 use super::sheet::{ContactSheet, GuardedParticle, ParticleShift};
 use super::surface::SheetSurface;
+use crate::mpm::particles::Bodies;
 use crate::mpm::wall::folded_stencil::FoldedStencil;
-use crate::mpm::{Body, Grid, SubStep};
+use crate::mpm::{Grid, SubStep};
 use std::fmt::Debug;
 
 /// The bodies and the grid at the start of a step.
 pub struct StepContext<'a, const D: usize> {
     pub grid: &'a Grid<D>,
     pub stencil: &'a FoldedStencil<D>,
-    pub bodies: &'a [Body<D>],
+    pub bodies: &'a Bodies<D>,
     /// Number of the step, from 1, and its length [s].
     pub step: u64,
     pub dt: f64,

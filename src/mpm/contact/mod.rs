@@ -52,10 +52,10 @@ pub use sheet::{FacetLocator, ParticleShift, SheetPosition};
 pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
-use crate::mpm::particles::{field_count, names_in_field};
+use crate::mpm::particles::Bodies;
 use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::wall::{SheetPush, Walls};
-use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
+use crate::mpm::{Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
 use at_nodes::AtNodes;
 use at_surface::AtSurface;
@@ -107,11 +107,11 @@ impl<const D: usize> Contacts<D> {
         friction: &FrictionTable,
         place: SheetContact,
         tolerance: f64,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         sheets: &[SheetSource<'_, D>],
     ) -> Self {
-        let fields = field_count(bodies);
-        let names: Vec<Vec<String>> = (0..fields).map(|field| names_in_field(bodies, field)).collect();
+        let fields = bodies.field_count();
+        let names: Vec<Vec<String>> = (0..fields).map(|field| bodies.names(field)).collect();
         let own = |sheet: &SheetSource<'_, D>| [sheet.name.to_owned()];
         let built = |(number, sheet): (usize, &SheetSource<'_, D>)| {
             let with_bodies = names.iter().map(|body| friction.between(body, &own(sheet))).collect();
@@ -144,7 +144,7 @@ impl<const D: usize> Contacts<D> {
         &mut self,
         grid: &mut Grid<D>,
         walls: &Walls<D>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         surfaces: &[SheetSurface<'_, D>],
         dt: f64,
     ) {
@@ -244,13 +244,14 @@ impl<const D: usize> Contacts<D> {
     pub fn limit_free_volumes(
         &mut self,
         grid: &Grid<D>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         field: usize,
         mut visit: impl FnMut(usize, f64),
     ) {
         for (number, sheet) in self.sheets.iter_mut().enumerate() {
-            let own =
-                |near: &&GuardedParticle<D>| near.sheet as usize == number && bodies[near.body as usize].field == field;
+            let own = |near: &&GuardedParticle<D>| {
+                near.sheet as usize == number && bodies.field_of(near.body as usize) == field
+            };
             let mut votes: BTreeMap<usize, f64> = BTreeMap::new();
             for near in self.guarded.iter().filter(own) {
                 self.stencil.for_each(grid, near.start, |node, weight, _| {
@@ -292,7 +293,7 @@ impl<const D: usize> Contacts<D> {
     /// Undoes a part of the overlaps of particles with sheets, and keeps all particles on their sides of the sheets,
     /// whose nodes have moved to `positions` [m]. Comes after the particles have moved, and before they are sorted.
     /// Returns the displacements of each body.
-    pub fn restore(&mut self, bodies: &mut [Body<D>], positions: &[&[Vector<D>]]) -> &[Vec<ParticleShift<D>>] {
+    pub fn restore(&mut self, bodies: &mut Bodies<D>, positions: &[&[Vector<D>]]) -> &[Vec<ParticleShift<D>>] {
         for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
             shifts.iter().for_each(|shift| body.particles.position[shift.particle as usize] += shift.by);
         }

@@ -34,10 +34,10 @@ use crate::mpm::executor::{Executor, Scattering, Targets};
 use crate::mpm::grid::tile::{NodeRecord, put_scalar, put_velocity};
 use crate::mpm::grid::{GhostShares, Ghosts};
 use crate::mpm::kernel::Kernel;
-use crate::mpm::particles::{in_field, in_field_mut};
+use crate::mpm::particles::Bodies;
 use crate::mpm::transfer::{GatherFields, ScatterContent};
 use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
-use crate::mpm::wall::{Bodies, Walls};
+use crate::mpm::wall::{BodiesAtWalls, Walls};
 use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};
 use free_volume::{at_walls, of_node, share_beside};
@@ -81,7 +81,7 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     steps: u64,
     dt: f64,
     context: GridContext<'_, D>,
-    bodies: &mut [Body<D>],
+    bodies: &mut Bodies<D>,
     contact: &mut Contacts<D>,
 ) -> Vec<f64> {
     bodies.iter_mut().for_each(|body| body.work.shift.clear());
@@ -90,7 +90,7 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     }
     let mut works = Vec::new();
     for field in 0..context.grid.fields.len() {
-        let liquid = in_field(bodies, field).find(|body| is_liquid(body));
+        let liquid = bodies.field(field).iter().find(|body| is_liquid(body));
         if let Some(kernel) = liquid.map(|body| body.kernel) {
             let excess = find_excess(context, field, kernel, bodies, contact);
             works.push(apply_excess(context, field, bodies, &excess, dt * EVERY as f64));
@@ -104,20 +104,20 @@ fn find_excess<const D: usize>(
     context: GridContext<'_, D>,
     field: usize,
     kernel: Kernel,
-    bodies: &mut [Body<D>],
+    bodies: &mut Bodies<D>,
     contact: &mut Contacts<D>,
 ) -> Vec<[f64; 1]> {
     let GridContext { grid, ghosts, executor, .. } = context;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
-    for body in in_field_mut(bodies, field) {
+    for body in bodies.field_mut(field) {
         let targets = Targets::Sums(&mut sums);
-        executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
+        executor.scatter(grid, field, body, Scattering { content: ScatterContent::Pressures, targets });
     }
     ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
     let free = free_volumes(context, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
-    for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
+    for body in bodies.field_mut(field).iter_mut().filter(|body| is_liquid(body)) {
         let filled =
             |node: usize| if free[node] > LEAST_FREE_VOLUME { sums[node][0] / (volume * free[node]) } else { 0.0 };
         close_voids(grid, contact.stencil(), body, filled);
@@ -148,7 +148,7 @@ fn free_volumes<const D: usize>(
     field: usize,
     kernel: Kernel,
     reached: &(impl Fn(usize) -> bool + Sync),
-    bodies: &[Body<D>],
+    bodies: &Bodies<D>,
     contact: &mut Contacts<D>,
 ) -> Vec<f64> {
     let rows = at_walls(grid, kernel);
@@ -170,27 +170,27 @@ fn free_volumes<const D: usize>(
 fn apply_excess<const D: usize>(
     GridContext { grid, ghosts, .. }: GridContext<'_, D>,
     field: usize,
-    bodies: &mut [Body<D>],
+    bodies: &mut Bodies<D>,
     excess: &[[f64; 1]],
     dt: f64,
 ) -> f64 {
     let mut velocity = velocities(&grid.fields[field]);
     ghosts.fill(&grid.fields[field].limits, &mut velocity);
     let mut work = 0.0;
-    for body in in_field_mut(bodies, field).filter(|body| is_liquid(body)) {
+    for body in bodies.field_mut(field).iter_mut().filter(|body| is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
         // The first component of a shift holds the shift factor from the first sweep to the second.
-        set_shift_factor(grid, body, &velocity, dt);
-        work += set_shift(grid, body, excess);
+        set_shift_factor(grid, field, body, &velocity, dt);
+        work += set_shift(grid, field, body, excess);
     }
     work
 }
 
 /// Sets the first component of each particle's shift to its shift factor in `dt` [s], which follows from its rate of
 /// strain.
-fn set_shift_factor<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
+fn set_shift_factor<const D: usize>(grid: &Grid<D>, field: usize, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
     let node = |n: usize, record: &mut NodeRecord| put_velocity(record, &velocity[n]);
-    let (sweep, _, view) = body.sweep(grid);
+    let (sweep, _, view) = body.sweep(grid, field);
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         for p in 0..chunk.particles.len() {
             let rate = rate_of_strain(&chunk.rows.gradient(p));
@@ -201,14 +201,14 @@ fn set_shift_factor<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity
 
 /// Sets the shifts of a body's particles [m] by their shift factors, and takes from their volumes; returns the work of that
 /// [J].
-fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
+fn set_shift<const D: usize>(grid: &Grid<D>, field: usize, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
     let square = grid.cell * grid.cell;
     let node = |n: usize, record: &mut NodeRecord| {
         put_scalar(record, excess[n][0]);
         // The scalar as a vector along x, so that row 0 of the gradient is ∇c.
         put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
     };
-    let (sweep, law, view) = body.sweep(grid);
+    let (sweep, law, view) = body.sweep(grid, field);
     let sound = law.reference_sound_speed();
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
@@ -234,13 +234,13 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
 /// particles and sheets have moved.
 pub(in crate::mpm) fn displace<const D: usize>(
     GridContext { grid, walls, .. }: GridContext<'_, D>,
-    bodies: &mut [Body<D>],
+    bodies: &mut Bodies<D>,
     coupling: &mut Coupling<D>,
     step: &LeapfrogStep,
 ) -> f64 {
     let mut work = 0.0;
-    let shifted = bodies.iter_mut().enumerate().filter(|(_, body)| !body.work.shift.is_empty());
-    for (index, body) in shifted {
+    let shifted = bodies.with_fields_mut().enumerate().filter(|(_, (_, body))| !body.work.shift.is_empty());
+    for (index, (field, body)) in shifted {
         let mut shifts = std::mem::take(&mut body.work.shift);
         coupling.contact.keep_off(index, &mut shifts);
         let keep = |(p, by): (usize, &mut Vector<D>)| {
@@ -250,7 +250,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
             }
         };
         parallel::for_each_chunk(&mut shifts[..], CHUNK, |start, part| (start..).zip(part).for_each(keep));
-        work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.stencil(), p, shifts[p]));
+        work += parallel::sum(shifts.len(), |p| work_over(grid, field, body, coupling.contact.stencil(), p, shifts[p]));
         parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
             x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
         });
@@ -261,9 +261,9 @@ pub(in crate::mpm) fn displace<const D: usize>(
     work += keep_out(grid, walls, bodies, coupling, step);
     let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
     let shifts = coupling.contact.restore(bodies, &positions).to_vec();
-    for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
+    for ((field, body), shifts) in bodies.with_fields_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
         let stencil = coupling.contact.stencil();
-        work += shifts.iter().map(|s| work_over(grid, body, stencil, s.particle as usize, s.by)).sum::<f64>();
+        work += shifts.iter().map(|s| work_over(grid, field, body, stencil, s.particle as usize, s.by)).sum::<f64>();
         body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n].by) / grid.cell;
     }
     work
@@ -273,17 +273,18 @@ pub(in crate::mpm) fn displace<const D: usize>(
 fn keep_out<const D: usize>(
     grid: &Grid<D>,
     walls: &Walls<D>,
-    bodies: &mut [Body<D>],
+    bodies: &mut Bodies<D>,
     coupling: &Coupling<D>,
     step: &LeapfrogStep,
 ) -> f64 {
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {
         let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
-        let shifts = walls.position_corrections(grid.cell, field, &Bodies::of_field(bodies, field, &shielded), step);
+        let shifts =
+            walls.position_corrections(grid.cell, field, &BodiesAtWalls::of_field(bodies, field, &shielded), step);
         for (number, particle, by) in shifts {
             let body = &mut bodies[number];
-            work += work_over(grid, body, coupling.contact.stencil(), particle as usize, by);
+            work += work_over(grid, field, body, coupling.contact.stencil(), particle as usize, by);
             body.particles.position[particle as usize] += by;
             farthest[number] = farthest[number].max(by.norm() / grid.cell);
         }
@@ -338,6 +339,7 @@ fn largest<const D: usize>(count: usize, shift: impl Fn(usize) -> Vector<D> + Sy
 /// a_I · u_p [J].
 fn work_over<const D: usize>(
     grid: &Grid<D>,
+    field: usize,
     body: &Body<D>,
     stencil: &FoldedStencil<D>,
     p: usize,
@@ -346,11 +348,11 @@ fn work_over<const D: usize>(
     if by == Vector::ZERO {
         return 0.0;
     }
-    let (field, mut sum, particles) = (&grid.fields[body.field], 0.0, &body.particles);
-    stencil.of_field(grid, body.field).for_each(grid, particles.position[p], |node, weight, mirrored| {
-        let mass = field.nodes[node].mass;
-        if mass > 0.0 && node < field.applied.len() {
-            sum += flip(field.applied[node], mirrored).dot(by) * (weight / mass);
+    let (own, mut sum, particles) = (&grid.fields[field], 0.0, &body.particles);
+    stencil.of_field(grid, field).for_each(grid, particles.position[p], |node, weight, mirrored| {
+        let mass = own.nodes[node].mass;
+        if mass > 0.0 && node < own.applied.len() {
+            sum += flip(own.applied[node], mirrored).dot(by) * (weight / mass);
         }
     });
     particles.mass[p] * sum

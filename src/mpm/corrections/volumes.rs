@@ -27,7 +27,7 @@ use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::executor::{Scattering, Targets};
 use crate::mpm::grid::GhostShares;
-use crate::mpm::particles::in_field_mut;
+use crate::mpm::particles::Bodies;
 use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::Walls;
 use crate::mpm::wall::folded_stencil::FoldedStencil;
@@ -51,21 +51,20 @@ const TASK: usize = 1024;
 pub(in crate::mpm) fn correct<const D: usize>(
     steps: u64,
     GridContext { grid, ghosts, walls, executor }: GridContext<'_, D>,
-    bodies: &mut [Body<D>],
+    bodies: &mut Bodies<D>,
     contact: &Contacts<D>,
 ) {
     if !steps.is_multiple_of(EVERY) {
         return;
     }
     for field in 0..grid.fields.len() {
-        let mut own = in_field_mut(bodies, field);
-        let (Some(body), None) = (own.next(), own.next()) else { continue };
+        let [body] = bodies.field_mut(field) else { continue };
         if !body.law.is_ideal_gas() || body.particles.is_empty() {
             continue;
         }
         let mut sums = vec![[0.0; 2]; grid.node_count()];
         let targets = Targets::Sums(&mut sums);
-        executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
+        executor.scatter(grid, field, body, Scattering { content: ScatterContent::Pressures, targets });
         ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
         let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
         let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);

@@ -34,25 +34,25 @@ use crate::mpm::transfer::{ScatterContent, View, mean_pressure};
 pub(in crate::mpm) struct Plain;
 
 impl<const D: usize> Executor<D> for Plain {
-    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
+    fn scatter(&self, grid: &Grid<D>, field: usize, body: &mut Body<D>, scattering: Scattering<'_, D>) {
         let Scattering { content, targets } = scattering;
         // The gather that corrects the spacing goes on with tiles.
         body.bins.extents.fill(Extent::whole::<D>());
         with_shape!(body.kernel, shape => match targets {
             Targets::Nodes(nodes) => {
                 if content != ScatterContent::Force {
-                    scatter_mass_and_momentum(shape, grid, body, nodes);
+                    scatter_mass_and_momentum(shape, grid, field, body, nodes);
                 }
                 if content != ScatterContent::Momentum {
                     scatter_force(shape, grid, body, nodes);
                 }
             }
-            Targets::Momentum(momentum) => scatter_momentum(shape, grid, body, momentum),
+            Targets::Momentum(momentum) => scatter_momentum(shape, grid, field, body, momentum),
             Targets::Sums(sums) => scatter_sums(shape, grid, body, content, sums),
         });
     }
 
-    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
+    fn gather(&self, grid: &Grid<D>, _: usize, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
         let Gathering { nodal, operations } = gathering;
         let (count, kernel) = (body.particles.len(), body.kernel);
         let (law, view) = body.view();
@@ -80,6 +80,7 @@ fn stencil<const D: usize, const S: usize>(
 pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
+    field: usize,
     body: &Body<D>,
     nodes: &mut [Node<D>],
 ) {
@@ -88,7 +89,7 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
         let m = particles.mass[p];
         // Lian (60), and then Lian (61).
         stencil(grid, shape, particles.position[p]).for_each(|i, n| nodes[i].mass += m * n);
-        momentum_of(shape, grid, body, p, |i, momentum| nodes[i].momentum += momentum);
+        momentum_of(shape, grid, field, body, p, |i, momentum| nodes[i].momentum += momentum);
     }
 }
 
@@ -96,11 +97,12 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
 fn scatter_momentum<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
+    field: usize,
     body: &Body<D>,
     momentum: &mut [Vector<D>],
 ) {
     for p in 0..body.particles.len() {
-        momentum_of(shape, grid, body, p, |i, part| momentum[i] += part);
+        momentum_of(shape, grid, field, body, p, |i, part| momentum[i] += part);
     }
 }
 
@@ -111,11 +113,12 @@ fn scatter_momentum<const D: usize, const S: usize>(
 fn momentum_of<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
+    field: usize,
     body: &Body<D>,
     p: usize,
     mut add: impl FnMut(usize, Vector<D>),
 ) {
-    let (particles, folds) = (&body.particles, grid.folds_in(body.field));
+    let (particles, folds) = (&body.particles, grid.folds_in(field));
     let (m, v, c) = (particles.mass[p], particles.velocity[p], particles.affine(p));
     let stencil = stencil(grid, shape, particles.position[p]);
     stencil.for_each_offset(|i, n, dx| add(i, (v + c.apply(dx)) * (m * n)));

@@ -65,9 +65,9 @@ fn scatters_agree<const D: usize>(kind: KernelKind, stress: bool, affine: bool) 
     let mut body = Body { ambient: 3.0, ..body::<D>(kind, stress, affine) };
     let grid = prepare(&mut body);
     let mut expected = vec![Node::default(); grid.node_count()];
-    with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body, &mut expected));
+    with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, 0, &body, &mut expected));
     with_shape!(body.kernel, shape => plain::scatter_force(shape, &grid, &body, &mut expected));
-    let sweep = Sweep::new(&grid, &body);
+    let sweep = Sweep::new(&grid, 0, &body);
     let (mut once, mut twice) = (vec![Node::default(); grid.node_count()], vec![Node::default(); grid.node_count()]);
     sweep.scatter(&mut once, &body, ScatterContent::MomentumAndForce);
     sweep.scatter(&mut twice, &body, ScatterContent::Momentum);
@@ -85,7 +85,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     let mut body = body::<D>(kind, false, true);
     let grid = prepare(&mut body);
     let mut nodes = vec![Node::default(); grid.node_count()];
-    body.bins.extents = Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
+    body.bins.extents = Sweep::new(&grid, 0, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
     for (i, node) in nodes.iter_mut().enumerate() {
         node.momentum = Vector::from_fn(|a| noise(i * 3 + a));
         node.force = Vector::from_fn(|a| noise(i * 5 + a));
@@ -106,7 +106,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     let near = |a: Tensor<D>, b: Tensor<D>| (a - b).embed(0.0).contract(&(a - b).embed(0.0)).sqrt() < 1e-11;
     use GatherFields::*;
     for fields in [Scalar, Motion, Gradient, MotionAndGradient, Moment, GradientAndMoment] {
-        let (sweep, _, view) = body.sweep(&grid);
+        let (sweep, _, view) = body.sweep(&grid, 0);
         sweep.gather(node, view, fields, |chunk| {
             for (i, x) in chunk.particles.position.iter().enumerate() {
                 let (sums, rows) = (&expected[index[&x.0.map(f64::to_bits)]], &chunk.rows);
@@ -131,7 +131,7 @@ fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
     let mut body = body::<D>(kind, false, affine);
     let grid = prepare(&mut body);
     let mut nodes = vec![Node::default(); grid.node_count()];
-    body.bins.extents = Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
+    body.bins.extents = Sweep::new(&grid, 0, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
     let node = |i: usize, record: &mut NodeRecord| put_velocity(record, &nodes[i].momentum);
     let double = |chunk: &mut Chunk<'_, D>| {
         (0..chunk.particles.len()).for_each(|p| chunk.particles.velocity[p] = chunk.rows.velocity(p) * 2.0);
@@ -140,15 +140,15 @@ fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
     let mut momentum = vec![Vector::ZERO; grid.node_count()];
     let start = body.particles.velocity.clone();
     let (fields, content) = (GatherFields::Motion, ScatterContent::Momentum);
-    let (sweep, _, view) = body.sweep(&grid);
+    let (sweep, _, view) = body.sweep(&grid, 0);
     let count = sweep.relay(node, view, fields, content, &mut momentum, double);
     assert_eq!(count, body.particles.len() as f64);
     let relayed = std::mem::replace(&mut body.particles.velocity, start);
-    let (sweep, _, view) = body.sweep(&grid);
+    let (sweep, _, view) = body.sweep(&grid, 0);
     sweep.gather(node, view, GatherFields::Motion, double);
     assert_eq!(body.particles.velocity, relayed);
     let mut expected = vec![Node::default(); grid.node_count()];
-    with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body, &mut expected));
+    with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, 0, &body, &mut expected));
     assert!(momentum.iter().zip(&expected).all(|(p, node)| close(*p, node.momentum)), "{kind:?} {affine}");
 }
 
@@ -169,7 +169,7 @@ fn scalars_agree<const D: usize>(kind: KernelKind) {
             });
         }
         let mut sums = vec![[0.0; 2]; grid.node_count()];
-        Sweep::new(&grid, &body).scatter(&mut sums, &body, content);
+        Sweep::new(&grid, 0, &body).scatter(&mut sums, &body, content);
         for (sums, expected) in sums.iter().zip(&expected) {
             let error = (sums[0] - expected[0]).abs().max((sums[1] - expected[1]).abs());
             assert!(error < 1e-13, "{kind:?} {content:?}");
@@ -247,9 +247,9 @@ fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
         }
         sort(&mut grid, &mut body);
         let mut nodes = vec![Node::default(); grid.node_count()];
-        Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
+        Sweep::new(&grid, 0, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
         let mut expected = vec![Node::default(); grid.node_count()];
-        with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body, &mut expected));
+        with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, 0, &body, &mut expected));
         let mut both = nodes.iter().zip(&expected);
         assert!(both.all(|(node, expected)| close(node.momentum, expected.momentum)), "{kind:?}");
         Ghosts::new(&grid).fold(&GhostShares::default(), &mut nodes, |_, _, _| {});
@@ -279,7 +279,7 @@ fn a_particle_alone_exchanges_no_more_energy_than_there_is() {
             body.particles.mass[own] = 2.0;
             sort(&mut grid, &mut body);
             let mut nodes = vec![Node::default(); grid.node_count()];
-            Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
+            Sweep::new(&grid, 0, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
             let (ghosts, mut limits) = (Ghosts::new(&grid), GhostShares::default());
             limits.measure(&ghosts, &grid.folds, &nodes);
             ghosts.fold(&limits, &mut nodes, |_, _, _| {});

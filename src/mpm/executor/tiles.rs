@@ -52,9 +52,9 @@ macro_rules! with_nodes {
 }
 
 impl<const D: usize> Executor<D> for Tiles {
-    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
+    fn scatter(&self, grid: &Grid<D>, field: usize, body: &mut Body<D>, scattering: Scattering<'_, D>) {
         let Scattering { content, targets } = scattering;
-        let sweep = Sweep::new(grid, body);
+        let sweep = Sweep::new(grid, field, body);
         match targets {
             // The first scatter of a step finds the parts of the tiles that the particles reach.
             Targets::Nodes(nodes) => body.bins.extents = sweep.scatter(nodes, body, content),
@@ -63,10 +63,10 @@ impl<const D: usize> Executor<D> for Tiles {
         }
     }
 
-    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
+    fn gather(&self, grid: &Grid<D>, field: usize, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
         let Gathering { nodal, operations } = gathering;
         let affine = !body.particles.affine.is_empty();
-        let (sweep, law, view) = body.sweep(grid);
+        let (sweep, law, view) = body.sweep(grid, field);
         let fields = operations.fields(law, affine);
         let perform = |chunk: &mut Chunk<'_, D>| operations.perform(law, chunk);
         with_nodes!(nodal, fields, node => sweep.gather(node, view, fields, perform))
@@ -75,13 +75,14 @@ impl<const D: usize> Executor<D> for Tiles {
     fn relay(
         &self,
         grid: &Grid<D>,
+        field: usize,
         body: &mut Body<D>,
         gathering: Gathering<'_, D>,
         scattering: Scattering<'_, D>,
     ) -> Summary {
         let (Gathering { nodal, operations }, Scattering { content, targets }) = (gathering, scattering);
         let affine = !body.particles.affine.is_empty();
-        let (sweep, law, view) = body.sweep(grid);
+        let (sweep, law, view) = body.sweep(grid, field);
         let fields = operations.fields(law, affine);
         let perform = |chunk: &mut Chunk<'_, D>| operations.perform(law, chunk);
         with_nodes!(nodal, fields, node => match targets {

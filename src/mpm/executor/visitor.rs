@@ -44,25 +44,27 @@ pub(in crate::mpm) struct Scattering<'a, const D: usize> {
     pub targets: Targets<'a, D>,
 }
 
-/// Computes the sums over the particles of a body, and performs operations with them.
+/// Computes the sums over the particles of a body of the velocity field number `field`, and performs operations with
+/// them.
 pub(in crate::mpm) trait Executor<const D: usize>: std::fmt::Debug + Send + Sync {
     /// Adds the contributions of the particles to the nodes.
-    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>);
+    fn scatter(&self, grid: &Grid<D>, field: usize, body: &mut Body<D>, scattering: Scattering<'_, D>);
 
     /// Performs operations on the particles with the sums over the nodes around them.
-    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary;
+    fn gather(&self, grid: &Grid<D>, field: usize, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary;
 
     /// Does both, in one sweep where that is faster: the nodes that are read are others than those that are added to.
     fn relay(
         &self,
         grid: &Grid<D>,
+        field: usize,
         body: &mut Body<D>,
         gathering: Gathering<'_, D>,
         scattering: Scattering<'_, D>,
     ) -> Summary {
-        let summary = self.gather(grid, body, gathering);
+        let summary = self.gather(grid, field, body, gathering);
         if !summary.inverted {
-            self.scatter(grid, body, scattering);
+            self.scatter(grid, field, body, scattering);
         }
         summary
     }
@@ -80,6 +82,8 @@ pub(in crate::mpm) struct Visitor<'a, const D: usize> {
     pub executor: &'a dyn Executor<D>,
     /// The grid, but for the field whose bodies are visited.
     pub grid: &'a Grid<D>,
+    /// Number of that field.
+    pub field: usize,
     /// Ghosts of the grid.
     pub ghosts: &'a Ghosts<D>,
     /// The numbers of the step.
@@ -87,14 +91,14 @@ pub(in crate::mpm) struct Visitor<'a, const D: usize> {
 }
 
 impl<const D: usize> Visitor<'_, D> {
-    /// Visits the particles of a body of `field`, one visit after the other; what they tell is added to the body's
-    /// summary.
+    /// Visits the particles of a body of the velocity field `own`, one visit after the other; what they tell is added
+    /// to the body's summary.
     ///
     /// # Errors
     /// When a particle's volume would become negative or is not a number.
-    pub fn run(&self, visits: &[Visit], field: &mut VelocityField<D>, body: &mut Body<D>) -> Result<(), StepError> {
+    pub fn run(&self, visits: &[Visit], own: &mut VelocityField<D>, body: &mut Body<D>) -> Result<(), StepError> {
         for visit in visits {
-            let summary = self.visit(visit, field, body);
+            let summary = self.visit(visit, own, body);
             if summary.inverted {
                 return Err(health::inverted(body));
             }
@@ -103,24 +107,24 @@ impl<const D: usize> Visitor<'_, D> {
         Ok(())
     }
 
-    fn visit(&self, visit: &Visit, field: &mut VelocityField<D>, body: &mut Body<D>) -> Summary {
-        let &Self { executor, grid, .. } = self;
+    fn visit(&self, visit: &Visit, own: &mut VelocityField<D>, body: &mut Body<D>) -> Summary {
+        let &Self { executor, grid, field, .. } = self;
         match visit {
             Visit::Scatter(content, onto) => {
-                executor.scatter(grid, body, lend(field, Some(*onto)).scattering(*content));
+                executor.scatter(grid, field, body, lend(own, Some(*onto)).scattering(*content));
                 Summary::default()
             }
             Visit::Gather(Read::MidstepVelocity, _) if body.work.mean.is_empty() => Summary::default(),
             Visit::Gather(read, list) => {
-                let operations = self.prepare(*read, list, field, body);
-                let nodal = self.nodal(*read, operations.heated, &lend(field, None));
-                executor.gather(grid, body, Gathering { nodal, operations })
+                let operations = self.prepare(*read, list, own, body);
+                let nodal = self.nodal(*read, operations.heated, &lend(own, None));
+                executor.gather(grid, field, body, Gathering { nodal, operations })
             }
             Visit::Relay(read, list, content, onto) => {
-                let operations = self.prepare(*read, list, field, body);
-                let lent = lend(field, Some(*onto));
+                let operations = self.prepare(*read, list, own, body);
+                let lent = lend(own, Some(*onto));
                 let nodal = self.nodal(*read, operations.heated, &lent);
-                executor.relay(grid, body, Gathering { nodal, operations }, lent.scattering(*content))
+                executor.relay(grid, field, body, Gathering { nodal, operations }, lent.scattering(*content))
             }
             Visit::Land => executor.land(body, &self.parameters.landing),
         }
@@ -131,11 +135,11 @@ impl<const D: usize> Visitor<'_, D> {
         &self,
         read: Read,
         list: &'a [Operation],
-        field: &mut VelocityField<D>,
+        own: &mut VelocityField<D>,
         body: &mut Body<D>,
     ) -> Operations<'a, D> {
         if read == Read::Averages {
-            average::divide(self.ghosts, &field.limits, &mut field.sums, &mut field.means);
+            average::divide(self.ghosts, &own.limits, &mut own.sums, &mut own.means);
         }
         if list.contains(&Operation::AveragePressure) {
             body.work.excess.resize(body.particles.len(), 0.0);

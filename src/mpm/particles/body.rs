@@ -19,8 +19,6 @@ pub struct Body<const D: usize> {
     pub part: Part,
     /// Law of the particles.
     pub law: Arc<dyn PointLaw>,
-    /// The grid velocity field that it moves in; bodies in different fields meet by contact.
-    pub field: usize,
     /// Shape functions of the particles (the size of GIMP particles differs from body to body).
     pub kernel: Kernel,
     /// Columns of the particles.
@@ -114,31 +112,8 @@ pub struct Particles<const D: usize> {
 /// it is turned, holds one of a lattice.
 const SURFACE: f64 = 1.5;
 
-/// Number of velocity fields that bodies move in.
-pub(in crate::mpm) fn field_count<const D: usize>(bodies: &[Body<D>]) -> usize {
-    bodies.iter().map(|body| body.field + 1).max().unwrap_or(0)
-}
-
-/// The bodies of a velocity field.
-pub(in crate::mpm) fn in_field<const D: usize>(bodies: &[Body<D>], field: usize) -> impl Iterator<Item = &Body<D>> {
-    bodies.iter().filter(move |body| body.field == field)
-}
-
-/// The bodies of a velocity field, to be changed.
-pub(in crate::mpm) fn in_field_mut<const D: usize>(
-    bodies: &mut [Body<D>],
-    field: usize,
-) -> impl Iterator<Item = &mut Body<D>> {
-    bodies.iter_mut().filter(move |body| body.field == field)
-}
-
-/// The names of the bodies of a velocity field.
-pub(in crate::mpm) fn names_in_field<const D: usize>(bodies: &[Body<D>], field: usize) -> Vec<String> {
-    in_field(bodies, field).map(|body| body.name.clone()).collect()
-}
-
 impl<const D: usize> Body<D> {
-    /// A body without a surface layer and loads in the velocity field 0, its particles not yet sorted.
+    /// A body without a surface layer and loads, its particles not yet sorted.
     pub fn new(name: String, law: Arc<dyn PointLaw>, kernel: Kernel, particles: Particles<D>) -> Self {
         let n = particles.len();
         // With APIC the velocity is the rate of the position.
@@ -147,7 +122,6 @@ impl<const D: usize> Body<D> {
             name,
             part: Part::default(),
             law,
-            field: 0,
             kernel,
             particles,
             skin: Vec::new(),

@@ -19,7 +19,7 @@ use crate::math::Vector;
 use crate::mesh::{ClosedSurface, closed_surfaces};
 use crate::mpm::contact::FrictionTable;
 use crate::mpm::membrane::Membrane;
-use crate::mpm::particles::{Body, Part, Particles, names_in_field};
+use crate::mpm::particles::{Bodies, Body, Part, Particles};
 use crate::mpm::{Friction, Load, Traction};
 use crate::parallel;
 use std::sync::Arc;
@@ -148,28 +148,27 @@ impl<const D: usize> Regions<D> {
 /// # Errors
 /// A body with a pressure on its surface that a membrane cuts through.
 pub(in crate::mpm) fn divide<const D: usize>(
-    bodies: Vec<Body<D>>,
+    bodies: Bodies<D>,
     membranes: &[Membrane<D>],
     friction: &FrictionTable,
-) -> Result<Vec<Body<D>>, Vec<Diagnostic>> {
+) -> Result<Bodies<D>, Vec<Diagnostic>> {
     let all = (0..).zip(membranes);
     let all = all.flat_map(|(sheet, m)| Enclosure::of(sheet, m.elements.iter(), &m.position));
     let regions = Regions { enclosures: all.collect(), sheets: membranes.len() };
     if regions.enclosures.is_empty() {
         return Ok(bodies);
     }
-    let meets = |body: &Body<D>| -> Vec<bool> {
-        let names = names_in_field(&bodies, body.field);
+    let meets = |field: usize| -> Vec<bool> {
+        let names = bodies.names(field);
         let met = |m: &Membrane<D>| friction.between(&names, std::slice::from_ref(&m.name)) != Friction::None;
         membranes.iter().map(met).collect()
     };
-    let met: Vec<Vec<bool>> = bodies.iter().map(meets).collect();
+    let met: Vec<Vec<bool>> = (0..bodies.field_count()).map(meets).collect();
     let (mut parts, mut findings, mut fields) = (Vec::new(), Vec::new(), Vec::new());
-    for (index, (body, met)) in bodies.into_iter().zip(met).enumerate() {
+    for (index, (group, body)) in bodies.into_pairs().enumerate() {
         let divided = !body.law.keeps_shape() && body.skin.is_empty();
-        let shares = regions.share(&body.particles.position, &met, divided);
-        let numbers: Vec<usize> =
-            shares.iter().map(|share| field_number(&mut fields, body.field, &share.within)).collect();
+        let shares = regions.share(&body.particles.position, &met[group], divided);
+        let numbers: Vec<usize> = shares.iter().map(|share| field_number(&mut fields, group, &share.within)).collect();
         match part(body, shares, &numbers) {
             Ok(own) => parts.extend(own),
             Err(message) => findings.push(Diagnostic::error(format!("body[{index}].traction"), message).help(
@@ -177,7 +176,7 @@ pub(in crate::mpm) fn divide<const D: usize>(
             )),
         }
     }
-    if findings.is_empty() { Ok(parts) } else { Err(findings) }
+    if findings.is_empty() { Ok(Bodies::new(parts)) } else { Err(findings) }
 }
 
 /// The number of a velocity field: that of a group in a region, in the order in which they appear.
@@ -189,25 +188,29 @@ fn field_number(fields: &mut Vec<(usize, Vec<u32>)>, group: usize, within: &[u32
     })
 }
 
-/// The parts of a body, one per share, in these velocity fields.
-fn part<const D: usize>(mut body: Body<D>, shares: Vec<RegionShare>, fields: &[usize]) -> Result<Vec<Body<D>>, String> {
+/// The parts of a body, one per share, each with the number of its velocity field.
+fn part<const D: usize>(
+    mut body: Body<D>,
+    shares: Vec<RegionShare>,
+    fields: &[usize],
+) -> Result<Vec<(usize, Body<D>)>, String> {
     let whole = shares.len() < 2;
     let (mut parts, mut before) = (Vec::new(), 0);
     for (number, (share, &field)) in shares.into_iter().zip(fields).enumerate() {
         let count = share.particles.len() as u32;
         let part = Part { number, before, sides: share.sides };
         if whole {
-            (body.part, body.field) = (part, field);
-            return Ok(vec![body]);
+            body.part = part;
+            return Ok(vec![(field, body)]);
         }
-        parts.push(cut(&body, &share.particles, part, field)?);
+        parts.push((field, cut(&body, &share.particles, part)?));
         before += count;
     }
     Ok(parts)
 }
 
 /// The part of a body, before its first step, that has these of its particles; they are numbered anew.
-fn cut<const D: usize>(body: &Body<D>, own: &[u32], part: Part, field: usize) -> Result<Body<D>, String> {
+fn cut<const D: usize>(body: &Body<D>, own: &[u32], part: Part) -> Result<Body<D>, String> {
     let mut particles: Particles<D> = body.particles.clone();
     particles.permute(own);
     let mut number: Vec<Option<u32>> = vec![None; body.particles.len()];
@@ -223,7 +226,7 @@ fn cut<const D: usize>(body: &Body<D>, own: &[u32], part: Part, field: usize) ->
     })?;
     particles.id = (0..own.len() as u32).collect();
     let own = Body::new(body.name.clone(), Arc::clone(&body.law), body.kernel, particles);
-    Ok(Body { part, field, depth, traction, ambient: body.ambient, ..own })
+    Ok(Body { part, depth, traction, ambient: body.ambient, ..own })
 }
 
 /// A load with new identities; `None` if a neighbour that its area is spanned by is in another part.

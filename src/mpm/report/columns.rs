@@ -86,7 +86,7 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
 
 /// Every array of the state, each with a unique name.
 pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    for body in &mut mpm.bodies {
+    for body in mpm.bodies.iter_mut() {
         body_columns(body, visit);
         bin_columns(&prefix(body), &mut body.bins, visit);
     }

@@ -27,15 +27,16 @@ fn vector_field<'a, const D: usize>(name: &'static str, unit: &'static str, vect
 }
 
 /// The bodies, each with all of its parts.
-fn wholes<const D: usize>(bodies: &[Body<D>]) -> impl Iterator<Item = &[Body<D>]> {
-    bodies.chunk_by(|_, next| next.part.number > 0)
+fn wholes<const D: usize>(mpm: &Mpm<D>) -> Vec<Vec<&Body<D>>> {
+    let bodies: Vec<&Body<D>> = mpm.bodies.iter().collect();
+    bodies.chunk_by(|_, next| next.part.number > 0).map(<[_]>::to_vec).collect()
 }
 
 /// The particles of a body, of all its parts.
-fn points<const D: usize>(parts: &[Body<D>]) -> PointSet<'_> {
+fn points<'a, const D: usize>(parts: &[&'a Body<D>]) -> PointSet<'a> {
     match parts {
         [body] => points_of_part(body),
-        _ => joined(parts.iter().map(points_of_part).collect()),
+        _ => joined(parts.iter().map(|body| points_of_part(body)).collect()),
     }
 }
 
@@ -102,7 +103,7 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
         step: mpm.clock.steps,
         dt: mpm.clock.dt_previous,
         dimension: D,
-        points: wholes(&mpm.bodies).map(points).collect(),
+        points: wholes(mpm).iter().map(|parts| points(parts)).collect(),
         surfaces: membranes.iter().map(Membrane::surface_set).collect(),
         ledger: ledger(mpm),
         forces: named_forces(mpm),
@@ -136,9 +137,9 @@ fn named_forces<const D: usize>(mpm: &Mpm<D>) -> Vec<(String, [f64; 3])> {
 /// All terms of the ledger.
 fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     let mut terms = Vec::new();
-    for parts in wholes(&mpm.bodies) {
+    for parts in wholes(mpm) {
         let name = &parts[0].name;
-        let sum = |of: &dyn Fn(&Body<D>) -> f64| parts.iter().map(of).sum::<f64>();
+        let sum = |of: &dyn Fn(&Body<D>) -> f64| parts.iter().map(|body| of(body)).sum::<f64>();
         terms.push(BalanceTerm::energy(
             Stored,
             format!("kinetic energy: {name}"),

@@ -20,7 +20,7 @@
 
 use crate::math::Vector;
 use crate::mpm::grid::{NodeMotion, VelocityField};
-use crate::mpm::particles::{Body, Reduce, Summary};
+use crate::mpm::particles::{Bodies, Body, Reduce, Summary};
 use crate::mpm::wall::WallWork;
 use crate::parallel;
 use crate::simulation::{LedgerSums, TermId, TermKind};
@@ -124,7 +124,7 @@ impl Energy {
     }
 
     /// The energies that bodies start with, and those that are `stored` elsewhere [J].
-    pub fn start<const D: usize>(&mut self, bodies: &[Body<D>], stored: f64) {
+    pub fn start<const D: usize>(&mut self, bodies: &Bodies<D>, stored: f64) {
         self.kinetic = bodies.iter().map(|body| body.particles.kinetic_energy()).sum();
         self.internal = bodies.iter().map(|body| body.particles.internal_energy()).sum();
         self.displaced = displaced_atmosphere(bodies);
@@ -195,7 +195,7 @@ impl Energy {
     /// Books the losses of the transfers, the work of the atmosphere and the error of the stress update (theory A.17).
     ///
     /// Of p dV, which gases give, nodes get (p − p_a) dV and the atmosphere the rest (`ambient`).
-    pub fn close_step<const D: usize>(&mut self, bodies: &[Body<D>]) {
+    pub fn close_step<const D: usize>(&mut self, bodies: &Bodies<D>) {
         let all = bodies.iter().fold(Summary::default(), |sum, body| sum.plus(body.summary));
         let Summary { kinetic, internal, heat, .. } = all;
         let heat = heat + self.work.heat;
@@ -217,6 +217,6 @@ impl Energy {
 }
 
 /// Σ p_a V_p of all bodies [J].
-fn displaced_atmosphere<const D: usize>(bodies: &[Body<D>]) -> f64 {
+fn displaced_atmosphere<const D: usize>(bodies: &Bodies<D>) -> f64 {
     bodies.iter().map(Body::displaced_atmosphere).sum()
 }

@@ -28,8 +28,6 @@ pub(super) struct Filter<'a, const D: usize> {
     pub visitor: Visitor<'a, D>,
     /// The walls and obstacles that bind its nodes.
     pub walls: &'a Walls<D>,
-    /// Number of the velocity field.
-    pub field: usize,
     /// The time at which the velocities hold [s].
     pub t: f64,
     /// Order k.
@@ -39,9 +37,9 @@ pub(super) struct Filter<'a, const D: usize> {
 impl<const D: usize> Filter<'_, D> {
     /// Replaces the velocities of the field's bodies by Σ N v⁽ᵏ⁾. Returns the heat [J] that it becomes in the bodies
     /// that keep it, and the impulses of walls.
-    pub fn apply(&self, bodies: &mut [&mut Body<D>]) -> (f64, Pushes<D>) {
-        let &Self { walls, field, t, order, .. } = self;
-        let Visitor { grid, ghosts, parameters, .. } = self.visitor;
+    pub fn apply(&self, bodies: &mut [Body<D>]) -> (f64, Pushes<D>) {
+        let &Self { walls, t, order, .. } = self;
+        let Visitor { grid, field, ghosts, parameters, .. } = self.visitor;
         let (nodes, limits, mut pushes) = (&grid.fields[field].nodes, &grid.fields[field].limits, walls.pushes());
         let mut w = self.on_grid(bodies, Vec::new(), &mut pushes, 1.0);
         pushes = pushes.plus(walls.constrain_velocity(grid, field, nodes, &mut w, t));
@@ -69,27 +67,27 @@ impl<const D: usize> Filter<'_, D> {
     /// Σ m_p N_Ip v_p / m_I [m/s], in the memory of `velocity`; counts so many times the impulse of mirrors.
     fn on_grid(
         &self,
-        bodies: &mut [&mut Body<D>],
+        bodies: &mut [Body<D>],
         mut velocity: Vec<Vector<D>>,
         pushes: &mut Pushes<D>,
         times: f64,
     ) -> Vec<Vector<D>> {
-        let Visitor { grid, ghosts, executor, .. } = self.visitor;
-        let field = &grid.fields[self.field];
+        let Visitor { grid, field, ghosts, executor, .. } = self.visitor;
+        let own = &grid.fields[field];
         velocity.clear();
-        velocity.resize(field.nodes.len(), Vector::ZERO);
+        velocity.resize(own.nodes.len(), Vector::ZERO);
         for body in bodies {
             let targets = Targets::Momentum(&mut velocity);
-            executor.scatter(grid, body, Scattering { content: ScatterContent::Momentum, targets });
+            executor.scatter(grid, field, body, Scattering { content: ScatterContent::Momentum, targets });
         }
-        pushes.fold(ghosts, &field.limits, &mut velocity, times);
-        divide_by_mass(&field.nodes, &field.small, &mut velocity);
+        pushes.fold(ghosts, &own.limits, &mut velocity, times);
+        divide_by_mass(&own.nodes, &own.small, &mut velocity);
         velocity
     }
 
     /// v_p = Σ N w_j; returns the heat of the bodies that keep it [J].
-    fn gather(&self, w: &[Vector<D>], bodies: &mut [&mut Body<D>], j: u32) -> f64 {
-        let limits = &self.visitor.grid.fields[self.field].limits;
+    fn gather(&self, w: &[Vector<D>], bodies: &mut [Body<D>], j: u32) -> f64 {
+        let limits = &self.visitor.grid.fields[self.visitor.field].limits;
         let warmed = bodies.iter().any(|body| !body.work.noise.is_empty());
         let squares = |n: usize| w[n].norm_squared();
         let squares = if warmed { nodal(self.visitor.ghosts, limits, w.len(), squares) } else { Vec::new() };
@@ -107,9 +105,9 @@ impl<const D: usize> Filter<'_, D> {
 
     /// Performs operations with a velocity and a scalar of the nodes; returns the heat [J].
     fn gather_from(&self, velocity: &[Vector<D>], scalar: &[[f64; 1]], list: &[Operation], body: &mut Body<D>) -> f64 {
-        let Visitor { grid, executor, parameters, .. } = &self.visitor;
+        let Visitor { grid, field, executor, parameters, .. } = &self.visitor;
         let operations = Operations::new(list, parameters, grid, body);
-        executor.gather(grid, body, Gathering { nodal: Nodal::Velocity { velocity, scalar }, operations }).heat
+        executor.gather(grid, *field, body, Gathering { nodal: Nodal::Velocity { velocity, scalar }, operations }).heat
     }
 }
 

@@ -7,8 +7,8 @@ use crate::mpm::bins::Bins;
 use crate::mpm::executor::Visitor;
 use crate::mpm::grid::Ghosts;
 use crate::mpm::grid::small_mass::{self, TrialMomentum};
-use crate::mpm::particles::{Summary, health, in_field_mut};
-use crate::mpm::wall::Bodies;
+use crate::mpm::particles::{Summary, health};
+use crate::mpm::wall::BodiesAtWalls;
 use crate::mpm::{Mpm, VelocityField};
 use crate::parallel;
 
@@ -17,7 +17,7 @@ impl<const D: usize> Mpm<D> {
     /// the ghosts and wall nodes.
     pub(super) fn prepare_grid(&mut self) {
         let mut sorted = false;
-        for body in &mut self.bodies {
+        for body in self.bodies.iter_mut() {
             body.summary = Summary::default();
             if body.bins.stale(body.kernel, body.particles.len()) {
                 body.sort(self.grid.origin, self.grid.cell);
@@ -45,8 +45,8 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, method, coupling, executor, .. } = self;
         grid.with_field(field, |grid, own| {
-            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            for body in in_field_mut(bodies, field) {
+            let visitor = Visitor { executor: &**executor, grid, field, ghosts, parameters };
+            for body in bodies.field_mut(field) {
                 body.find_external_forces(&method.gravity, step.t);
                 health::check_external(body)?;
                 visitor.run(&method.schedule.momentum, own, body)?;
@@ -55,7 +55,7 @@ impl<const D: usize> Mpm<D> {
             walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             own.small = small_mass::find(grid, &mut own.nodes, &own.cutoffs);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
-            let bodies = Bodies::of_field(bodies, field, &shielded);
+            let bodies = BodiesAtWalls::of_field(bodies, field, &shielded);
             walls.constrain_start(grid, field, &mut own.nodes, &bodies, step);
             Ok(())
         })
@@ -80,8 +80,8 @@ impl<const D: usize> Mpm<D> {
                 walls.bind_lasting_velocities(grid, field, velocity, step.before());
                 ghosts.fill(limits, velocity);
             }
-            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
+            let visitor = Visitor { executor: &**executor, grid, field, ghosts, parameters };
+            bodies.field_mut(field).iter_mut().try_for_each(|body| visitor.run(visits, own, body))?;
             walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             Ok(())
         })
@@ -97,7 +97,7 @@ impl<const D: usize> Mpm<D> {
             // Lian (64).
             TrialMomentum { gravity, dt, cutoffs: *cutoffs }.advance(grid, nodes, applied);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
-            walls.measure(grid, field, &Bodies::of_field(bodies, field, &shielded));
+            walls.measure(grid, field, &BodiesAtWalls::of_field(bodies, field, &shielded));
             walls.constrain_trial(grid, field, nodes, step);
         });
     }

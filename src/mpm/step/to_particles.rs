@@ -8,7 +8,7 @@ use crate::math::Vector;
 use crate::mpm::executor::Visitor;
 use crate::mpm::grid::NodeMotion;
 use crate::mpm::motion::Landing;
-use crate::mpm::particles::{health, in_field, in_field_mut};
+use crate::mpm::particles::health;
 use crate::mpm::state::energy::ForceWork;
 use crate::mpm::state::health::check_membrane;
 use crate::mpm::stress::heat;
@@ -56,8 +56,8 @@ impl<const D: usize> Mpm<D> {
                 own.velocity.clear();
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
-            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field_mut(bodies, field).try_for_each(|body| {
+            let visitor = Visitor { executor: &**executor, grid, field, ghosts, parameters };
+            bodies.field_mut(field).iter_mut().try_for_each(|body| {
                 visitor.run(&sweeps.motion, own, body)?;
                 energy.add_external(body, step.momentum_dt);
                 Ok(())
@@ -73,9 +73,8 @@ impl<const D: usize> Mpm<D> {
         }
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
-        let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-        let mut bodies: Vec<_> = in_field_mut(bodies, field).collect();
-        let (heat, pushes) = Filter { visitor, walls, field, t, order }.apply(&mut bodies);
+        let visitor = Visitor { executor: &**executor, grid, field, ghosts, parameters };
+        let (heat, pushes) = Filter { visitor, walls, t, order }.apply(bodies.field_mut(field));
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
 
@@ -95,8 +94,8 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, bodies, ghosts, method, executor, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
-            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))
+            let visitor = Visitor { executor: &**executor, grid, field, ghosts, parameters };
+            bodies.field_mut(field).iter_mut().try_for_each(|body| visitor.run(visits, own, body))
         })
     }
 
@@ -108,13 +107,13 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, bodies, ghosts, walls, method, executor, energy, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).remap;
         grid.with_field(field, |grid, own| {
-            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
-            in_field_mut(bodies, field).try_for_each(|body| visitor.run(visits, own, body))?;
+            let visitor = Visitor { executor: &**executor, grid, field, ghosts, parameters };
+            bodies.field_mut(field).iter_mut().try_for_each(|body| visitor.run(visits, own, body))?;
             let VelocityField { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
             walls.constrain_velocity(grid, field, nodes, velocity, step.after());
-            own.heat = if in_field(bodies, field).any(|body| method.dissipation.warms(body)) {
+            own.heat = if bodies.field(field).iter().any(|body| method.dissipation.warms(body)) {
                 heat::of_contact(ghosts, own, dt)
             } else {
                 Vec::new()
@@ -131,10 +130,9 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, ghosts, bodies, method, executor, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).landing;
-        for body in bodies {
-            let field = body.field;
+        for (field, body) in bodies.with_fields_mut() {
             grid.with_field(field, |grid, own| {
-                Visitor { executor: &**executor, grid, ghosts, parameters }.run(visits, own, body)
+                Visitor { executor: &**executor, grid, field, ghosts, parameters }.run(visits, own, body)
             })?;
             if body.summary.lost {
                 health::check_particles(grid, body)?;

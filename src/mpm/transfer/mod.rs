@@ -55,9 +55,9 @@ pub(crate) struct Sweep<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Sweep<'a, D> {
-    /// A sweep of the particles of a body.
-    pub fn new(grid: &Grid<D>, body: &'a Body<D>) -> Self {
-        Self::over(grid, body.field, body.kernel, &body.bins)
+    /// A sweep of the particles of a body of the velocity field number `field`.
+    pub fn new(grid: &Grid<D>, field: usize, body: &'a Body<D>) -> Self {
+        Self::over(grid, field, body.kernel, &body.bins)
     }
 
     /// A sweep of particles in these bins, of a velocity field, with their kernel.

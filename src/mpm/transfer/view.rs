@@ -95,11 +95,11 @@ impl<const D: usize> Body<D> {
 }
 
 impl<const D: usize> Body<D> {
-    /// A sweep over all particles, the law, and the particles.
-    pub(crate) fn sweep(&mut self, grid: &Grid<D>) -> (Sweep<'_, D>, &dyn PointLaw, View<'_, D>) {
-        let Self { law, particles, work, bins, kernel, field, ambient, .. } = self;
+    /// A sweep over all particles, with the velocity field number `field`, the law, and the particles.
+    pub(crate) fn sweep(&mut self, grid: &Grid<D>, field: usize) -> (Sweep<'_, D>, &dyn PointLaw, View<'_, D>) {
+        let Self { law, particles, work, bins, kernel, ambient, .. } = self;
         let view = View::whole(particles, work, law.storage().history.len(), *ambient);
-        (Sweep::over(grid, *field, *kernel, bins), &**law, view)
+        (Sweep::over(grid, field, *kernel, bins), &**law, view)
     }
 }
 

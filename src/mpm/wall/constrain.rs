@@ -1,7 +1,7 @@
 //! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so
 //! that parts of them have nodes of their own.
 
-use super::gap::Bodies;
+use super::gap::BodiesAtWalls;
 use super::{FieldReaction, NodeCondition, Pushes, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, LeapfrogStep, Node};
@@ -64,7 +64,7 @@ impl<const D: usize> Walls<D> {
         grid: &Grid<D>,
         field: usize,
         nodes: &mut [Node<D>],
-        bodies: &Bodies<'_, D>,
+        bodies: &BodiesAtWalls<'_, D>,
         step: &LeapfrogStep,
     ) {
         let t = step.before();

@@ -16,7 +16,7 @@ use super::{RigidBoundary, WallKind, WallOrObstacle, Walls};
 use crate::math::{Signal, Vector};
 use crate::mpm::Grid;
 use crate::mpm::grid::Fold;
-use crate::mpm::particles::{Body, in_field};
+use crate::mpm::particles::Bodies;
 
 impl WallKind {
     /// The rule for the ghosts beyond a wall of this kind that moves with `speed` along its normal: slip walls at rest
@@ -33,9 +33,9 @@ impl WallKind {
 
 impl<const D: usize> Walls<D> {
     /// Records the fields all of whose bodies keep their shape.
-    pub fn note_solids(&mut self, bodies: &[Body<D>]) {
-        let is_solid = |field: usize| in_field(bodies, field).all(|body| body.law.keeps_shape());
-        self.solid_fields = (0..self.field_reactions.len()).map(is_solid).collect();
+    pub fn note_solids(&mut self, bodies: &Bodies<D>) {
+        let is_solid = |field: usize| bodies.field(field).iter().all(|body| body.law.keeps_shape());
+        self.solid_fields = (0..bodies.field_count()).map(is_solid).collect();
     }
 
     /// The rule for the ghosts beyond each side.

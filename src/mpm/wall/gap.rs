@@ -14,7 +14,7 @@
 use super::{NodeCondition, Walls};
 use crate::math::Vector;
 use crate::mpm::grid::EDGE;
-use crate::mpm::particles::Body;
+use crate::mpm::particles::{Bodies, Body};
 use crate::mpm::{Grid, Kernel};
 use crate::parallel;
 
@@ -61,21 +61,21 @@ impl GapConditions {
 
 /// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at
 /// the distance `d` [m].
-pub(in crate::mpm) struct Bodies<'a, const D: usize> {
-    /// The bodies with their numbers.
+pub(in crate::mpm) struct BodiesAtWalls<'a, const D: usize> {
+    /// The bodies with their numbers in the case.
     pub all: Vec<(usize, &'a Body<D>)>,
     /// `shielded(x, n, d)`.
     pub shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
 }
 
-impl<'a, const D: usize> Bodies<'a, D> {
-    /// Gaps of a field among all.
+impl<'a, const D: usize> BodiesAtWalls<'a, D> {
+    /// The bodies of a field among all.
     pub fn of_field(
-        bodies: &'a [Body<D>],
+        bodies: &'a Bodies<D>,
         field: usize,
         shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Self {
-        Self { all: bodies.iter().enumerate().filter(|(_, body)| body.field == field).collect(), shielded }
+        Self { all: bodies.numbered(field).collect(), shielded }
     }
 
     /// The results of `visit` for the particles that show the surface of their body (number and body, particle) and for
@@ -101,13 +101,13 @@ impl<'a, const D: usize> Bodies<'a, D> {
 
 impl<const D: usize> Walls<D> {
     /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
-    pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &Bodies<'_, D>) {
+    pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &BodiesAtWalls<'_, D>) {
         let mut gaps = std::mem::take(&mut self.field_reactions[field].gap);
         gaps.clear();
         gaps.resize(self.conditions.len(), f64::INFINITY);
         if self.gap_conditions.any() {
             for &(_, body) in &bodies.all {
-                for (condition, gap) in self.gaps(grid, body, bodies.shielded) {
+                for (condition, gap) in self.gaps(grid, field, body, bodies.shielded) {
                     let least = &mut gaps[condition as usize];
                     *least = least.min(gap);
                 }
@@ -116,10 +116,11 @@ impl<const D: usize> Walls<D> {
         self.field_reactions[field].gap = gaps;
     }
 
-    /// Conditions near the particles of a body, and how far the particles are from their walls [m].
+    /// Conditions near the particles of a body of a field, and how far the particles are from their walls [m].
     fn gaps(
         &self,
         grid: &Grid<D>,
+        field: usize,
         body: &Body<D>,
         shielded: &(dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Vec<(u32, f64)> {
@@ -130,7 +131,7 @@ impl<const D: usize> Walls<D> {
             let range = if near(slots) { bin.range.clone() } else { 0..0 };
             range.filter(|&p| body.shows_surface(p)).flat_map(move |p| {
                 let node = |ijk: [i32; D]| node_number(bin.block, slots, ijk);
-                self.gaps_of(grid, body, p, shielded, node)
+                self.gaps_of(grid, field, body, p, shielded, node)
             })
         })
     }
@@ -139,6 +140,7 @@ impl<const D: usize> Walls<D> {
     fn gaps_of(
         &self,
         grid: &Grid<D>,
+        field: usize,
         body: &Body<D>,
         p: usize,
         shielded: &dyn Fn(Vector<D>, Vector<D>, f64) -> bool,
@@ -151,7 +153,7 @@ impl<const D: usize> Walls<D> {
         for n in 0..support.pow(D as u32) {
             let node = node(std::array::from_fn(|a| first[a] + n / support.pow(a as u32) % support));
             let offset = x - grid.position(node);
-            for (k, condition) in self.conditions_with_gap(node, body.field) {
+            for (k, condition) in self.conditions_with_gap(node, field) {
                 let (boundary, normal) = (condition.boundary, condition.normal);
                 // Nothing may pass a wall of the domain by even a rounding: there all nodes of the support act.
                 let aside = (offset - normal * offset.dot(normal)).norm();

@@ -39,7 +39,7 @@ use super::{GridSetup, Obstacle, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use constrain::ConditionRange;
 use folded_stencil::FoldedStencil;
-pub(in crate::mpm) use gap::Bodies;
+pub(in crate::mpm) use gap::BodiesAtWalls;
 use node_condition::NodeCondition;
 pub use pushes::{Pushes, WallWork};
 use reaction::FieldReaction;

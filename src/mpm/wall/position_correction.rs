@@ -12,10 +12,10 @@
 //!
 //! A body that starts within an obstacle, clamped by it, say, is not corrected.
 
-use super::{Bodies, Walls};
+use super::{BodiesAtWalls, Walls};
 use crate::math::Vector;
 use crate::mpm::LeapfrogStep;
-use crate::mpm::particles::Body;
+use crate::mpm::particles::{Bodies, Body};
 
 /// The least distance from an obstacle over the reach of the body.
 pub(super) const LEAST_OBSTACLE_DISTANCE: f64 = 0.5;
@@ -28,7 +28,7 @@ const TRIES: usize = 4;
 
 impl<const D: usize> Walls<D> {
     /// Records which of the bodies start within which obstacles.
-    pub fn note_overlaps(&mut self, bodies: &[Body<D>]) {
+    pub fn note_overlaps(&mut self, bodies: &Bodies<D>) {
         let within = |body: &Body<D>, obstacle: usize| {
             let particles = &body.particles;
             let edges = particles.volume.iter().map(|volume| volume.powf(1.0 / D as f64));
@@ -55,7 +55,7 @@ impl<const D: usize> Walls<D> {
         &self,
         cell: f64,
         field: usize,
-        bodies: &Bodies<'_, D>,
+        bodies: &BodiesAtWalls<'_, D>,
         step: &LeapfrogStep,
     ) -> Vec<(usize, u32, Vector<D>)> {
         let obstacles = self.surfaces(field);

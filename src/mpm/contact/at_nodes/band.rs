@@ -55,11 +55,11 @@ impl<const D: usize> Band<'_, D> {
     /// the sign of the particle's side (theory (D.9)).
     pub fn add_arms(&mut self, body: usize, near: &[u32], labels: &Labels) {
         let StepContext { grid, stencil, step, .. } = *self.context;
-        let body = &self.context.bodies[body];
+        let (field, body) = (self.context.bodies.field_of(body), &self.context.bodies[body]);
         for &p in near {
             let (x, id) = (body.particles.position[p as usize], body.particles.id[p as usize]);
             let mut side = None;
-            stencil.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
+            stencil.of_field(grid, field).for_each(grid, x, |node, weight, flips| {
                 let index = self.map.contact_node(node).filter(|&index| self.map.nodes[index].folded);
                 let Some(index) = index else { return };
                 let side = *side.get_or_insert_with(|| match labels.recall(id, step - 1) {
@@ -87,7 +87,8 @@ impl<const D: usize> Band<'_, D> {
         labels: &mut Labels,
         guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
-        let (context, body) = (self.context, &self.context.bodies[index]);
+        let (context, field) = (self.context, self.context.bodies.field_of(index));
+        let body = &context.bodies[index];
         let particles = &body.particles;
         let band = &*self;
         let distances: Vec<_> =
@@ -102,7 +103,7 @@ impl<const D: usize> Band<'_, D> {
             labels.keep(id, context.step, label);
             if label.side != 0.0 {
                 let height = label.side * distance;
-                self.lower_gaps(body, p, label.side, height - radius);
+                self.lower_gaps(field, body, p, label.side, height - radius);
                 let at = ParticleAtSheet { particle: p, body: index, sheet: self.number };
                 let height = height - HEIGHT_ERROR * context.grid.cell;
                 let beside = SideOfSheet { side: label.side, normal, height };
@@ -156,12 +157,12 @@ impl<const D: usize> Band<'_, D> {
         self.locator.locate(self.facets, self.surface.position, cell, x)
     }
 
-    fn lower_gaps(&mut self, body: &Body<D>, p: usize, side: f64, gap: f64) {
+    fn lower_gaps(&mut self, field: usize, body: &Body<D>, p: usize, side: f64, gap: f64) {
         let StepContext { grid, stencil, .. } = *self.context;
         let (mass, x) = (body.particles.mass[p], body.particles.position[p]);
-        stencil.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
+        stencil.of_field(grid, field).for_each(grid, x, |node, weight, flips| {
             let Some(index) = self.map.contact_node(node) else { return };
-            let pair = &mut self.pairs[index * grid.fields.len() + body.field];
+            let pair = &mut self.pairs[index * grid.fields.len() + field];
             let lowest = &mut pair.gap[usize::from(side > 0.0)];
             *lowest = lowest.min(gap);
             pair.vote += side * mass * weight;

@@ -90,7 +90,8 @@ impl<const D: usize> AtSurface<D> {
     ) -> u64 {
         let (body, cell, fastest) = (&context.bodies[index], context.grid.cell, surface.fastest());
         let ContactSheet { nearest, facets, friction, labels, number, .. } = sheet;
-        let (labels, friction) = (&mut labels[index], friction[body.field]);
+        let field = context.bodies.field_of(index);
+        let (labels, friction) = (&mut labels[index], friction[field]);
         let search = CandidateSearch::new(nearest, facets, body, cell);
         let mut crossed = 0;
         for candidate in search.all() {
@@ -102,7 +103,7 @@ impl<const D: usize> AtSurface<D> {
             }
             let travel = 2.0 * (body.particles.velocity[candidate.particle].norm() + fastest) * context.dt;
             let found = SidedCandidate { members: search.members(&candidate), candidate, side, force };
-            self.add_to_sides(context, body, &found);
+            self.add_to_sides(context, field, body, &found);
             guarded.extend(found.members.iter().map(|member| {
                 let at = ParticleAtSheet { particle: member.particle as usize, body: index, sheet: *number };
                 found.guard(at, body, cell)
@@ -113,25 +114,21 @@ impl<const D: usize> AtSurface<D> {
                 self.members.extend_from_slice(&found.members);
                 let half_size = half_size(&body.particles, found.candidate.particle, found.candidate.foot.normal, cell);
                 let start = ContactStart { gap, half_size, members_end: self.members.len() as u32 };
-                self.solver.contacts.push(found.contact(index, body.field, facets[facet].nodes, friction, &start));
+                self.solver.contacts.push(found.contact(index, field, facets[facet].nodes, friction, &start));
             }
         }
         crossed
     }
 
     /// Adds a candidate to the sums by which nodes tell on which side of the sheet each body is, if there are several.
-    fn add_to_sides(&mut self, context: &StepContext<'_, D>, body: &Body<D>, found: &SidedCandidate<D>) {
+    fn add_to_sides(&mut self, context: &StepContext<'_, D>, field: usize, body: &Body<D>, found: &SidedCandidate<D>) {
         if context.grid.fields.len() < 2 {
             return;
         }
         let (candidate, mass) = (&found.candidate, body.particles.mass[found.candidate.particle]);
-        context.stencil.of_field(context.grid, body.field).for_each(
-            context.grid,
-            candidate.inside,
-            |node, weight, _| {
-                *self.sides.entry((node as u32, body.field as u32)).or_insert(0.0) += found.side * mass * weight;
-            },
-        );
+        context.stencil.of_field(context.grid, field).for_each(context.grid, candidate.inside, |node, weight, _| {
+            *self.sides.entry((node as u32, field as u32)).or_insert(0.0) += found.side * mass * weight;
+        });
     }
 
     /// Adds the work on the sheet, whose nodes had the mean velocities `mean` [m/s] during the sub-step.

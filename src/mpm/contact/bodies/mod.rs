@@ -16,6 +16,7 @@ use super::impulse::{self, ContactTotals, Impulse, Touch};
 use super::method::ContactMethod;
 use super::support_blocks::SupportBlocks;
 use crate::math::Tensor;
+use crate::mpm::particles::Bodies;
 use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Friction, Grid};
 use crate::parallel::{self, CHUNK, Groups};
@@ -84,7 +85,7 @@ impl<const D: usize> Pairwise<D> {
         &mut self,
         grid: &mut Grid<D>,
         stencil: &FoldedStencil<D>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         sheets: &[Box<dyn ContactMethod<D>>],
         tolerance: f64,
         dt: f64,
@@ -135,7 +136,7 @@ impl<const D: usize> Pairwise<D> {
         &self,
         grid: &Grid<D>,
         stencil: &FoldedStencil<D>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
     ) -> Vec<PointNearNode<D>> {
         let mut marked = SupportBlocks::default();
         marked.clear(grid);
@@ -143,9 +144,9 @@ impl<const D: usize> Pairwise<D> {
             marked.mark(grid, stencil, node);
         }
         let mut found = Vec::new();
-        for body in bodies {
+        for (field, body) in bodies.with_fields() {
             let near = marked.particles(grid, stencil, &body.particles.position);
-            let around = |n: usize| self.points_of_particle(grid, stencil, body, near[n] as usize);
+            let around = |n: usize| self.points_of_particle(grid, stencil, field, body, near[n] as usize);
             found.extend(parallel::collect_all(near.len(), 256, around));
         }
         found
@@ -155,6 +156,7 @@ impl<const D: usize> Pairwise<D> {
         &self,
         grid: &Grid<D>,
         stencil: &FoldedStencil<D>,
+        field: usize,
         body: &Body<D>,
         p: usize,
     ) -> Vec<PointNearNode<D>> {
@@ -163,12 +165,12 @@ impl<const D: usize> Pairwise<D> {
         let shape = if body.shows_surface(p) { body.ball(p, h) * (1.0 / h) } else { Tensor::ZERO };
         let width = body.patch(p) / h;
         let mut list = Vec::new();
-        stencil.of_field(grid, body.field).for_each(grid, x, |node, _, flips| {
+        stencil.of_field(grid, field).for_each(grid, x, |node, _, flips| {
             let index = self.lookup[node];
             if index != NONE {
                 let position = (stencil.mirror(grid, x, flips) - grid.position(node)) / h;
                 let particle = NodeParticle { position, shape, width, second: false };
-                list.push(PointNearNode { node: index, field: body.field as u32, particle });
+                list.push(PointNearNode { node: index, field: field as u32, particle });
             }
         });
         list

@@ -17,8 +17,8 @@
 
 use super::closest_point::Nearest;
 use crate::math::Vector;
-use crate::mpm::Body;
 use crate::mpm::contact::facet::SheetFacet;
+use crate::mpm::particles::Bodies;
 use crate::parallel;
 
 /// The least distance from a sheet over the particle's half size.
@@ -111,7 +111,7 @@ impl<const D: usize> GuardedParticle<D> {
     }
 
     /// Present position [m].
-    fn position(&self, bodies: &[Body<D>]) -> Vector<D> {
+    fn position(&self, bodies: &Bodies<D>) -> Vector<D> {
         bodies[self.body as usize].particles.position[self.particle as usize]
     }
 }
@@ -131,7 +131,7 @@ pub struct MovedSheet<'a, const D: usize> {
 pub fn particles_to_check<const D: usize>(
     guarded: &[GuardedParticle<D>],
     travel: &[f64],
-    bodies: &[Body<D>],
+    bodies: &Bodies<D>,
 ) -> Vec<(u32, u32, u32)> {
     let moved = |near: &GuardedParticle<D>| (near.position(bodies) - near.start).norm() + travel[near.sheet as usize];
     let left = |n: usize| Some(&guarded[n]).filter(|near| near.margin < moved(near)).map(GuardedParticle::key);
@@ -147,7 +147,7 @@ pub fn keep_sides<const D: usize>(
     guarded: &[GuardedParticle<D>],
     to_check: &[(u32, u32, u32)],
     sheets: &[MovedSheet<'_, D>],
-    bodies: &[Body<D>],
+    bodies: &Bodies<D>,
     cell: f64,
 ) -> Vec<(u32, ParticleShift<D>)> {
     let mut all: Vec<&GuardedParticle<D>> = guarded.iter().collect();

@@ -23,6 +23,7 @@ use crate::math::Vector;
 use crate::mpm::contact::facet::SheetFacet;
 use crate::mpm::contact::rigid::{NodePositions, RigidContacts, Squeeze};
 use crate::mpm::contact::surface::{SheetSource, SheetSurface};
+use crate::mpm::particles::Bodies;
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Friction, SubStep};
 use crate::parallel;
@@ -62,7 +63,7 @@ impl<const D: usize> ContactSheet<D> {
     pub fn new(
         number: usize,
         source: &SheetSource<'_, D>,
-        bodies: &[Body<D>],
+        bodies: &Bodies<D>,
         friction: Vec<Friction>,
         listed: Vec<(String, Friction)>,
     ) -> Self {

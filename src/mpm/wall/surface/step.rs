@@ -3,7 +3,7 @@
 use super::{ImpulseIterate, ImpulseLaw, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
-use crate::mpm::wall::gap::Bodies;
+use crate::mpm::wall::gap::BodiesAtWalls;
 use crate::mpm::wall::position_correction::LEAST_OBSTACLE_DISTANCE;
 use crate::mpm::wall::solid::RigidBoundary;
 use crate::mpm::wall::{Pushes, Walls};
@@ -20,7 +20,7 @@ impl<const D: usize> Walls<D> {
         grid: &Grid<D>,
         field: usize,
         nodes: &[Node<D>],
-        bodies: &Bodies<'_, D>,
+        bodies: &BodiesAtWalls<'_, D>,
         step: &LeapfrogStep,
     ) {
         if !self.has_surfaces(field) {
@@ -72,7 +72,7 @@ impl<const D: usize> Walls<D> {
         &self,
         grid: &Grid<D>,
         field: usize,
-        bodies: &Bodies<'_, D>,
+        bodies: &BodiesAtWalls<'_, D>,
         step: &LeapfrogStep,
     ) -> Vec<SurfacePoint<D>> {
         let obstacles = self.surfaces(field);
@@ -326,7 +326,7 @@ mod tests {
     fn a_constant_pressure_is_given_back_at_every_node() {
         for height in [0.0, 0.2, 0.5, 0.9] {
             let (grid, mut walls, mut nodes) = floor(WallKind::Slip, height);
-            let none = Bodies { all: Vec::new(), shielded: &|_, _, _| false };
+            let none = BodiesAtWalls { all: Vec::new(), shielded: &|_, _, _| false };
             walls.find_surface(&grid, 0, &nodes, &none, &step());
             let points = walls.field_reactions[0].surface.points.clone();
             assert_eq!(points.len(), 13, "one point per node along the floor");
