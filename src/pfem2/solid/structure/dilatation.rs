@@ -16,7 +16,7 @@
 //! forces are the slopes of ∫ W(F̄) dV.
 
 use super::deformation::{Deformed, ElementFault};
-use super::tangent::{ElementForces, Weighted};
+use super::tangent::{ElementForces, Weighted, components};
 use crate::material::{ElasticLaw, ElasticState, Linearised, Stiffness};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::pfem2::solid::mesh::gauss::GaussPoint;
@@ -113,6 +113,25 @@ impl<'a, const D: usize> Dilatation<'a, D> {
     }
 }
 
+impl<const D: usize> Dilatation<'_, D> {
+    /// Adds K Σ_m b_a ⊗ b_b to the tangent above its diagonal and on it.
+    pub fn add_bulk(&self, bulk: f64, forces: &mut ElementForces<D>) {
+        let nodes = forces.internal.len();
+        for m in 0..=D {
+            let mut volume = vec![Vector::<D>::ZERO; nodes];
+            for (sample, modes) in self.samples.iter().zip(&self.modes) {
+                let current = sample.deformation.determinant() * sample.volume * modes[m];
+                volume.iter_mut().zip(&sample.gradients).for_each(|(sum, g)| *sum += *g * current);
+            }
+            for first in 0..nodes {
+                for second in first..nodes {
+                    forces.material[first * nodes + second] += Tensor::outer(volume[first], volume[second]) * bulk;
+                }
+            }
+        }
+    }
+}
+
 /// a at a point.
 fn kirchhoff(point: &Linearised<6>, ratio: f64, volumetric: f64) -> Stiffness {
     let (one, identity, dyad) = (SymTensor::isotropic(1.0), Stiffness::identity(), Stiffness::volumetric());
@@ -123,12 +142,6 @@ fn kirchhoff(point: &Linearised<6>, ratio: f64, volumetric: f64) -> Stiffness {
     deviatoric + (identity - dyad * (1.0 / 3.0)) * (-2.0 * point.pressure * ratio)
         - (Stiffness::dyad(&one, &s) + Stiffness::dyad(&s, &one)) * (2.0 / 3.0)
         + (dyad - identity * 2.0) * volumetric
-}
-
-/// The components in D dimensions.
-fn components<const D: usize>(c: &Stiffness) -> [[f64; 6]; 6] {
-    const PLANE: [usize; 6] = [0, 1, 3, 2, 4, 5];
-    if D == 3 { c.0 } else { PLANE.map(|i| PLANE.map(|j| c.0[i][j])) }
 }
 
 /// Orthonormal linear functions of place at the Gauss points, by Gram and Schmidt.

@@ -62,18 +62,34 @@ impl<const D: usize> Structure<D> {
         last: impl Fn(usize, usize, SolidLaw<'_>) -> Result<Option<LastStress>, ElementFault<D>> + Sync,
         mut work: impl FnMut(usize, &[u32], &ElementForces<D>),
     ) -> Result<(), StepError> {
-        for solid in self.elastic() {
+        let of = |solid: usize, element: usize, law: SolidLaw<'_>| {
+            let (_, [places, own]) = self.gather(solid, element, [&self.nodes, displacement]);
+            let last = last(solid, element, law)?;
+            ElementForces::with_last_stress(&self.points, law, [&places, &own], last)
+        };
+        self.visit_elements(self.elastic(), of, |solid, nodes, forces| work(solid, nodes, &forces))
+    }
+
+    /// Calls `work` with the solid, the nodes and what `of` finds of every element of some solids, by the solid, its
+    /// number and the law; in order.
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    pub(super) fn visit_elements<T: Send>(
+        &self,
+        solids: impl Iterator<Item = usize>,
+        of: impl Fn(usize, usize, SolidLaw<'_>) -> Result<T, ElementFault<D>> + Sync,
+        mut work: impl FnMut(usize, &[u32], T),
+    ) -> Result<(), StepError> {
+        for solid in solids {
             let law = self.law(solid)?;
             for begin in (0..self.setups[solid].mesh.elements.len()).step_by(BATCH) {
                 let count = BATCH.min(self.setups[solid].mesh.elements.len() - begin);
-                let all = parallel::collect(count, 1, |k| {
-                    let (nodes, [places, own]) = self.gather(solid, begin + k, [&self.nodes, displacement]);
-                    let forces = last(solid, begin + k, law)
-                        .and_then(|last| ElementForces::with_last_stress(&self.points, law, [&places, &own], last));
-                    (nodes, forces)
-                });
-                for (k, (nodes, forces)) in all.into_iter().enumerate() {
-                    work(solid, &nodes, &forces.map_err(|fault| self.error(solid, begin + k, fault))?);
+                let all = parallel::collect(count, 1, |k| of(solid, begin + k, law));
+                for (k, found) in all.into_iter().enumerate() {
+                    let found = found.map_err(|fault| self.error(solid, begin + k, fault))?;
+                    let (nodes, []) = self.gather(solid, begin + k, []);
+                    work(solid, &nodes, found);
                 }
             }
         }

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! Δ = θ Δt,   û = uⁿ + Δt (β₁ vⁿ + β₂ vⁿ⁻¹),   v̂ = vⁿ + Δt (β₁ aⁿ + β₂ aⁿ⁻¹),   u* = uⁿ + Δt v*
-//! [M (1/Δ + α) + Δ K(u*) + β K_c(u*)] v = f(u*) + M (v̂/Δ + b) − F(u*) − K(u*) (û − u*)
+//! [M (1/Δ + α) + Δ K(u*) + β C(u*)] v = f(u*) + M (v̂/Δ + b) − F(u*) − K(u*) (û − u*)
 //! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
 //! ```
 //!
 //! F − f + K (uⁿ⁺¹ − u*) are the internal forces less the loads at the end of the step to first order about
 //! the prediction: K has the load stiffness of pressures that follow the surface, too. α and β are those of the
-//! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it.
+//! damping; C is the stiffness where there is no strain, and takes energy from all motions but rigid ones (`viscous.rs`).
 //! Supports, bonds and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered
 //! over all solids; unknown D a + i is the velocity of node a along axis i. A step that takes elastic solids far from
 //! u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
@@ -33,6 +33,7 @@ mod sums;
 pub mod support;
 pub mod tangent;
 pub mod ties;
+mod viscous;
 
 use crate::error::{Place, StepError};
 use crate::linalg::SparseMatrix;
@@ -206,7 +207,7 @@ impl<const D: usize> Structure<D> {
         Ok(SolidEquations { matrix, rhs, linear, inertia, velocities, volume_slopes })
     }
 
-    /// Adds Δ K + β K_c to a matrix, and −F(u*) − K (û − u*) to a right-hand side [N].
+    /// Adds Δ K + β C to a matrix, and −F(u*) − K (û − u*) to a right-hand side [N].
     ///
     /// # Errors
     /// As [`Structure::equations`].
@@ -218,15 +219,14 @@ impl<const D: usize> Structure<D> {
         rhs: &mut [f64],
     ) -> Result<(), StepError> {
         let offset = self.displacement_offsets(prediction);
-        self.visit_step(prediction, |solid, nodes, forces| {
-            let damping = self.setups[solid].damping.stiffness;
+        self.add_damping(&prediction.displacement, matrix)?;
+        self.visit_step(prediction, |_, nodes, forces| {
             for (a, &row) in nodes.iter().enumerate() {
                 let mut force = forces.internal[a];
                 for (b, &column) in nodes.iter().enumerate() {
                     let tangent = forces.tangent(a, b);
                     force += tangent.apply(offset[column as usize]);
-                    let block = tangent * delta + forces.material[a * nodes.len() + b] * damping;
-                    self.add_block(matrix, (row, column), &block);
+                    self.add_block(matrix, (row, column), &(tangent * delta));
                 }
                 (0..D).for_each(|axis| rhs[row as usize * D + axis] -= force[axis]);
             }

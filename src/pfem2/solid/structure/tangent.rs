@@ -4,6 +4,7 @@
 //! f_a  = ∫ σ g_a dv,      K_ab = ∫ B_aᵀ c B_b dv + ∫ (g_a · σ g_b) dv 1
 //! ```
 
+use crate::material::Stiffness;
 use crate::math::{Tensor, Vector};
 
 /// Internal forces of an element and their tangent.
@@ -32,6 +33,19 @@ pub(super) struct Weighted {
     pub stress: Tensor<3>,
     /// c dv [N m], with the components xx, yy, xy in the plane, those of `SymTensor` in space.
     pub tangent: [[f64; 6]; 6],
+}
+
+impl Weighted {
+    /// A tangent c dv [N m], without a stress.
+    pub fn of_tangent<const D: usize>(tangent: &Stiffness) -> Self {
+        Self { stress: Tensor::ZERO, tangent: components::<D>(tangent) }
+    }
+}
+
+/// The components of a tangent in D dimensions.
+pub(super) fn components<const D: usize>(c: &Stiffness) -> [[f64; 6]; 6] {
+    const PLANE: [usize; 6] = [0, 1, 3, 2, 4, 5];
+    if D == 3 { c.0 } else { PLANE.map(|i| PLANE.map(|j| c.0[i][j])) }
 }
 
 /// The place of the component ij of a strain among those of the tangent in D dimensions.
