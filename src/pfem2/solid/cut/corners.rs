@@ -140,6 +140,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             gliding_node: None,
             position,
             weights,
+            normal: None,
             bound_directions: None,
         });
         self.points.len() as u32 - 1

@@ -39,6 +39,8 @@ pub struct CutPoint<const D: usize> {
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
     pub weights: NodeWeights,
+    /// Outward unit normal of the surface there, on an edge of the mesh with a node outside; `None` elsewhere.
+    pub normal: Option<Vector<D>>,
     /// P_s, the projection on the directions in which the fluid is bound to the solid, where it glides in others
     /// (theory (J.6a)–(J.6c)); `None` where it sticks.
     pub bound_directions: Option<Tensor<D>>,
@@ -94,8 +96,8 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
         if conditions.contains(&SurfaceCondition::Slip) { LEAST_GLIDING_EDGE_SHARE } else { LEAST_INNER_EDGE_SHARE };
     let kept = t.clamp(LEAST_EDGE_SHARE, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
-    let bound_directions =
-        foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
+    let normal = foot.and_then(|foot| surface.normal(&foot));
+    let bound_directions = normal.filter(|_| foot.is_some_and(|foot| glides(&foot))).map(|n| Tensor::outer(n, n));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
     CutPoint {
         edge: Some(edge),
@@ -103,6 +105,7 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
         gliding_node: Some(edge[0]),
         position: at(kept),
         weights,
+        normal,
         bound_directions,
     }
 }

@@ -198,6 +198,7 @@ fn film_point<const D: usize>(
         gliding_node: None,
         position: at(kept),
         weights: surface.weights(&foot),
+        normal: None,
         bound_directions: None,
     })
 }

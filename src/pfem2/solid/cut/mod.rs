@@ -13,13 +13,18 @@
 //! Elements without a node inside are cut, too, where a corner or an edge of the solid reaches into them (`corners.rs`,
 //! `solid_edges.rs`).
 //!
+//! On curved sides cut points go off the surface by as much as keeps the volume of the solid (`curved_sides.rs`). Films
+//! between solids nearer than an element have cut points of their own (`films.rs`).
+//!
 //! P_s projects on the directions in which the fluid is bound to the solid: n ⊗ n with the normal of the surface,
 //! (J.6a), of all sides of an edge that an element cuts off, (J.6b, `slip_at_edges.rs`), or of the chords, (J.6c,
 //! `slip_on_chords.rs`).
 
+mod chords;
 mod cones;
 mod corners;
 mod corners_beyond_nodes;
+mod curved_sides;
 mod cut_point;
 mod edge_passages;
 mod film_parts;
@@ -40,6 +45,7 @@ use crate::math::Vector;
 use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
 use crate::pfem2::cut_element::share;
+pub use chords::Chords;
 pub use cut_point::{CutPoint, VelocityShares};
 use cut_point::{LEAST_EDGE_SHARE, cut_point, smallest_element};
 use hashbrown::HashMap;
@@ -151,6 +157,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         cut.keep_corners(mesh, surface);
         cut.keep_edges(mesh, surface, conditions, &films);
         cut.add_films(mesh, surface, films);
+        cut.keep_volume(mesh, surface);
         cut.glide_along_edges();
         cut.glide_along_chords(mesh);
         let points = &cut.points;

@@ -268,7 +268,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let EdgePoint { position, weights, tangent } = point;
         let along = tangent.filter(|_| solids.glides(position)).map(|tangent| Tensor::outer(tangent, tangent));
         let bound_directions = along.map(|along| Tensor::identity() - along);
-        CutPoint { edge: None, film_edge: None, gliding_node, position, weights, bound_directions }
+        CutPoint { edge: None, film_edge: None, gliding_node, position, weights, normal: None, bound_directions }
     }
 
     /// Gives an element its fluid part.
@@ -414,6 +414,7 @@ impl<const D: usize> Solids<'_, D> {
                 gliding_node: Some(nodes[end]),
                 position: at(t),
                 weights,
+                normal: None,
                 bound_directions,
             })
         };

@@ -19,8 +19,18 @@ fn volume_inside_of<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &Sol
     parts.iter().map(|part| Simplex::new(cut.corners(mesh, e, part)).unwrap().volume).sum()
 }
 
-/// Conditions that every cut must fulfil.
+/// Conditions that every cut of a solid with plane sides must fulfil.
 fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>) -> SolidCut<D, N> {
+    check_curved(mesh, solid, 0.0)
+}
+
+/// The same of a solid with this curvature [1/m], off whose surface cut points are by less than the rise of an arc over
+/// an edge of the mesh.
+fn check_curved<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    solid: &SolidMesh<D>,
+    curvature: f64,
+) -> SolidCut<D, N> {
     let surface = surface_of(solid);
     let cut = SolidCut::new(mesh, &surface, &[]);
     for node in &cut.inside {
@@ -37,12 +47,17 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
         assert!(!cut.is_inside(own[0]) && cut.is_inside(own[1]));
         assert!((start + edge * t - point.position).norm() < 1e-12 && (0.99e-4..1.0).contains(&t));
         let nearest = surface.nearest(point.position).unwrap();
-        assert!((interpolate(&point.weights, &solid.nodes) - nearest.position).norm() < 1e-10);
+        // Off a curved surface a cut point moves as the solid would there.
+        let follows = interpolate(&point.weights, &solid.nodes);
+        let is_off = curvature > 0.0 && (follows - point.position).norm() < 1e-10;
+        assert!(is_off || (follows - nearest.position).norm() < 1e-10);
         let is_clamped = (t - LEAST_EDGE_SHARE).min(1.0 - LEAST_INNER_EDGE_SHARE - t) < 1e-9;
         // An edge that ends in a node beside the surface is cut where the distance is that of the node, or a little
         // more.
         let level = surface.distance(end).max(0.0) + LEAST_INNER_EDGE_SHARE * smallest_element(mesh, own[1] as usize);
-        let off = 1e-6 * edge.norm() + if surface.distance(end) > 0.0 { level } else { 0.0 };
+        let off = 1e-6 * edge.norm()
+            + curvature * edge.norm_squared() / 4.0
+            + if surface.distance(end) > 0.0 { level } else { 0.0 };
         assert!(is_clamped || nearest.distance.abs() < off, "{t} {}", nearest.distance);
     }
     for (place, e) in cut.elements.iter().enumerate() {
@@ -102,9 +117,10 @@ pub(super) fn check_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cu
     }
 }
 
-/// A polygon between points of a curve misses an area of second order of its sides.
+/// Cut points beside a curve keep its area. (Polygons between points on it miss 0.18, 0.05 and 0.01 % of it
+/// here.)
 #[test]
-fn the_volume_inside_converges_in_second_order() {
+fn cut_points_keep_the_volume_of_a_disc() {
     // Cut points that are kept away from nodes are off the curve to either side: the mean over several places.
     let places = [[0.0, 0.0], [0.021, 0.013], [-0.017, 0.031], [0.043, -0.026], [-0.037, -0.011], [0.009, 0.047]];
     let solids = places.map(|place| {
@@ -114,10 +130,10 @@ fn the_volume_inside_converges_in_second_order() {
     });
     let error = |cells: usize| {
         let mesh = background::<2, 3>(1.53, cells);
-        solids.iter().map(|solid| PI - check(&mesh, solid).volume_inside(&mesh)).sum::<f64>() / 6.0
+        solids.iter().map(|solid| PI - check_curved(&mesh, solid, 1.0).volume_inside(&mesh)).sum::<f64>() / 6.0
     };
     let errors = [20, 40, 80].map(error);
-    assert!(errors[0] < 0.02 && errors.windows(2).all(|e| (3.6..4.4).contains(&(e[0] / e[1]))), "{errors:?}");
+    assert!(errors[0] < 4e-4 && errors[1] < 1e-4 && errors[2] < 4e-5, "{errors:?}");
 }
 
 /// Sides of a box are plane: the volume is exact but for corners, edges, and cut points that were too close to nodes.

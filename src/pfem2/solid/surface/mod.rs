@@ -188,6 +188,22 @@ impl<const D: usize> SolidSurface<D> {
 
     /// Shape functions of the global nodes at `x` [m] in the element that holds it; `None` outside of all elements.
     pub fn locate_inside(&self, x: Vector<D>) -> Option<NodeWeights> {
+        let (e, local) = self.element_at(x)?;
+        Some(weights(self.element(e), &local.0))
+    }
+
+    /// Shape functions of the global nodes at `x` [m], near the surface, continued from the element that holds the
+    /// nearest place of the surface: Σ N_a x_a = x. `None` of a solid without elements.
+    pub(super) fn weights_beyond(&self, x: Vector<D>, foot: &NearestPoint<D>) -> Option<NodeWeights> {
+        /// From the nearest place on, over the distance from it, a place is inside.
+        const WAY_INSIDE: f64 = 1e-3;
+        let inside = foot.position + (foot.position - x) * WAY_INSIDE;
+        let (e, _) = self.element_at(x).or_else(|| self.element_at(inside))?;
+        Some(weights(self.element(e), &coordinates(&self.places_of(self.element(e)), x)?.0))
+    }
+
+    /// The element that holds `x` [m], with the coordinates there.
+    fn element_at(&self, x: Vector<D>) -> Option<(u32, Vector<D>)> {
         /// Beyond its sides an element holds what rounding puts there.
         const BEYOND: f64 = 1e-9;
         let at = self.element_boxes.locate_in_envelope_intersecting(AABB::from_point(x.0));
@@ -195,15 +211,19 @@ impl<const D: usize> SolidSurface<D> {
         candidates.sort_unstable();
         let mut best: Option<(f64, u32, Vector<D>)> = None;
         for e in candidates {
-            let nodes: Vec<Vector<D>> = self.element(e).iter().map(|&node| self.positions[node as usize]).collect();
-            let Some(local) = coordinates(&nodes, x) else { continue };
+            let Some(local) = coordinates(&self.places_of(self.element(e)), x) else { continue };
             let beyond = local.0.iter().fold(0.0, |most: f64, s| most.max(s.abs() - 1.0));
             if best.is_none_or(|(least, ..)| beyond < least) {
                 best = Some((beyond, e, local));
             }
         }
         let (beyond, e, local) = best?;
-        (beyond <= BEYOND).then(|| weights(self.element(e), &local.0))
+        (beyond <= BEYOND).then_some((e, local))
+    }
+
+    /// Places of global nodes [m].
+    fn places_of(&self, nodes: &[u32]) -> Vec<Vector<D>> {
+        nodes.iter().map(|&node| self.positions[node as usize]).collect()
     }
 
     /// True if the box around an element, or that around a solid without elements, widened by a `margin` [m], holds `x`

@@ -1,12 +1,11 @@
 //! Points of the surface in the plane: those of facets between cut points, with their nearest places on chords.
 
 use super::TracePoint;
-use super::chords::Chords;
 use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
 use crate::mesh::{Location, Locator};
 use crate::parallel;
-use crate::pfem2::solid::cut::SolidCut;
+use crate::pfem2::solid::cut::{Chords, SolidCut};
 use crate::pfem2::solid::surface::{FacetPoint, SolidSurface};
 
 /// Facets per piece of a parallel loop.

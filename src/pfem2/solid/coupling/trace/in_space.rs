@@ -8,9 +8,9 @@
 //! their feet on several facets are divided: N_a has kinks there.
 
 use super::TracePoint;
-use super::chords::Chords;
 use crate::math::Vector;
 use crate::parallel;
+use crate::pfem2::solid::cut::Chords;
 use crate::pfem2::solid::surface::{FacetPoint, NearestPoint, SolidSurface};
 
 /// Elements per piece of a parallel loop.

@@ -13,15 +13,13 @@
 //! In the plane the points are those of facets between cut points, each with its nearest place of a chord; in space
 //! those of chords, each with its nearest place of the surface.
 
-mod chords;
 mod in_plane;
 mod in_space;
 
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
-use crate::pfem2::solid::cut::SolidCut;
+use crate::pfem2::solid::cut::{Chords, SolidCut};
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface};
-use chords::Chords;
 
 /// A point of the surface in a cut element.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 //! The boundary of the fluid parts of cut elements to solids: chords in the plane, triangles in space.
 
+use super::{CutBySolid, ElementState, FluidSimplex, SolidCut, Vertex};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::solid::cut::{CutBySolid, ElementState, FluidSimplex, SolidCut, Vertex};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Elements per piece of a parallel loop.
@@ -89,7 +89,7 @@ fn is_on_side<const D: usize, const N: usize>(
 }
 
 /// n A of a chord in the plane, turned clockwise, or of a triangle in space [m], [m²].
-fn area<const D: usize>(corners: [Vector<D>; D]) -> Vector<D> {
+pub(super) fn area<const D: usize>(corners: [Vector<D>; D]) -> Vector<D> {
     let along = Vector((corners[1] - corners[0]).to3());
     let across = if D == 3 { Vector((corners[D - 1] - corners[0]).to3()) * 0.5 } else { Vector::unit(2) };
     Vector::from3(along.cross(across).0)
