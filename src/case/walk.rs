@@ -291,12 +291,18 @@ pub(super) fn nearest<'n>(text: &str, names: impl Iterator<Item = &'n str>) -> O
 }
 
 /// Names of a case file, and others for the same.
-const SYNONYMS: [(&str, &[&str]); 5] = [
+const SYNONYMS: [(&str, &[&str]); 11] = [
     ("sphere", &["ball", "circle", "disc", "disk"]),
     ("box", &["block", "brick", "cube", "cuboid", "rectangle", "square"]),
     ("cylinder", &["pipe", "rod", "tube"]),
     ("polygon", &["triangle", "trapezoid", "wedge"]),
     ("surface", &["mesh", "obj", "stl"]),
+    ("wall", &["fixed", "no-slip", "noslip", "no slip"]),
+    ("slip", &["free-slip", "freeslip", "frictionless"]),
+    ("inlet", &["inflow", "velocity"]),
+    ("outlet", &["outflow", "open"]),
+    ("newtonian", &["fluid", "liquid", "viscous"]),
+    ("neo-hookean", &["elastic", "hyperelastic", "rubber"]),
 ];
 
 /// The known name of what another name is for.

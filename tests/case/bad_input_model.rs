@@ -654,6 +654,16 @@ fn scheme_and_solver_take_a_word_or_a_table() {
     expect(&with("solver = \"dircet\""), "\"dircet\"", "unknown name", "did you mean `direct`?");
 }
 
+/// Names that other programs have for a boundary are answered with those of this one.
+#[test]
+fn boundaries_by_other_names_are_recognised() {
+    for (other, meant) in [("no-slip", "wall"), ("free-slip", "slip"), ("velocity", "inlet"), ("outflow", "outlet")] {
+        let text = FLOW.replace("kind = \"slip\"", &format!("kind = \"{other}\""));
+        let named = format!("unknown name `{other}`");
+        expect(&text, &format!("\"{other}\""), &named, &format!("did you mean `{meant}`?"));
+    }
+}
+
 /// Water under oil under petrol.
 fn three_fluids() -> String {
     let layer = "[[body]]\nname = \"petrol\"\nregion = { shape = \"half-space\", point = [0, 0.75], normal = [0, -1] }\n\

@@ -33,6 +33,7 @@ mod film_tests;
 mod films;
 mod parts;
 mod polygon;
+mod several_bodies;
 mod slip_at_edges;
 mod slip_on_chords;
 mod solid_edges;

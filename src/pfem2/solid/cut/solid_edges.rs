@@ -13,7 +13,7 @@ use super::cones::{Corner, CrossedElement};
 use super::cut_point::{LEAST_GLIDING_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, crossing};
 use super::edge_passages::{EdgePoint, LEAST_SHAPE_FUNCTION, Passage, SharpEdges, moved_inside};
 use super::films::Films;
-use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, body_of, parts};
+use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
 use crate::parallel;
@@ -35,21 +35,21 @@ const LEAST_EDGE_DISTANCE: f64 = LEAST_SHAPE_FUNCTION;
 const PIECE: usize = 16;
 
 /// An element near edges of solids.
-struct NearEdge<const D: usize, const N: usize> {
-    crossed: CrossedElement<N>,
+pub(super) struct NearEdge<const D: usize, const N: usize> {
+    pub crossed: CrossedElement<N>,
     passages: Vec<Passage>,
-    apex: Option<EdgePoint<D>>,
+    pub apex: Option<EdgePoint<D>>,
 }
 
 /// A surface and its conditions.
-struct Solids<'a, const D: usize> {
-    surface: &'a SolidSurface<D>,
+pub(super) struct Solids<'a, const D: usize> {
+    pub surface: &'a SolidSurface<D>,
     conditions: &'a [SurfaceCondition],
     edges: SharpEdges<D>,
 }
 
 /// A crossing of an edge of the mesh from its first node.
-type Crossings<const D: usize> = BTreeMap<[u32; 2], CutPoint<D>>;
+pub(super) type Crossings<const D: usize> = BTreeMap<[u32; 2], CutPoint<D>>;
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// Makes edges of solids edges of the fluid part of elements.
@@ -102,7 +102,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     /// Crossings of edges of elements around these that have both of their nodes outside, from each of these.
-    fn crossed_twice(&self, mesh: &Mesh<D, N>, solids: &Solids<D>, passed: &[(usize, Vec<Passage>)]) -> Crossings<D> {
+    pub(super) fn crossed_twice(
+        &self,
+        mesh: &Mesh<D, N>,
+        solids: &Solids<D>,
+        passed: &[(usize, Vec<Passage>)],
+    ) -> Crossings<D> {
         let mut at_nodes: BTreeMap<u32, BTreeSet<usize>> = BTreeMap::new();
         for (element, passages) in passed {
             for &node in &mesh.elements()[*element] {
@@ -129,7 +134,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     /// The elements of which an edge of a solid or one of these crossings is part, by their numbers.
-    fn near_edges(
+    pub(super) fn near_edges(
         &self,
         mesh: &Mesh<D, N>,
         solids: &Solids<D>,
@@ -150,45 +155,6 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             (all[k], NearEdge { crossed, passages, apex })
         });
         near.into_iter().filter(|(_, own)| own.apex.is_some() || own.crossed.has_crossed_twice()).collect()
-    }
-
-    /// The elements of which an edge of a solid is part and that hold no other body and no film, with the crossings
-    /// of edges of the mesh that are no edges of others.
-    fn near_edges_of_one_body(
-        &self,
-        mesh: &Mesh<D, N>,
-        solids: &Solids<D>,
-        passed: &[(usize, Vec<Passage>)],
-        films: &Films<D>,
-    ) -> (BTreeMap<usize, NearEdge<D, N>>, Crossings<D>) {
-        let mut twice = self.crossed_twice(mesh, solids, passed);
-        let mut left_out = films.elements.clone();
-        loop {
-            let edges = left_out.iter().flat_map(|&e| edges_of(mesh.elements()[e as usize]));
-            let edges: BTreeSet<[u32; 2]> = edges.collect();
-            twice.retain(|edge, _| !edges.contains(&ascending(*edge)));
-            let mut near = self.near_edges(mesh, solids, &twice);
-            let count = left_out.len();
-            let of_several = near.iter().filter(|(_, own)| !self.is_of_one_body(solids, own, &twice));
-            left_out.extend(of_several.map(|(&element, _)| element as u32));
-            near.retain(|&element, _| !left_out.contains(&(element as u32)));
-            if left_out.len() == count {
-                return (near, twice);
-            }
-        }
-    }
-
-    /// True if the apex and the cut points of an element are of one body.
-    fn is_of_one_body(&self, solids: &Solids<D>, own: &NearEdge<D, N>, twice: &Crossings<D>) -> bool {
-        let CrossedElement { nodes, crossings, .. } = &own.crossed;
-        let of_crossing = |(edge, number): &([usize; 2], u32)| {
-            let point = self.points.get(*number as usize).or_else(|| twice.get(&edge.map(|k| nodes[k])))?;
-            body_of(solids.surface, &point.weights)
-        };
-        // It may lie amid edges of several bodies.
-        let apex = own.apex.iter().flat_map(|apex| &apex.weights).map(|(node, _)| Some(solids.surface.body_of(*node)));
-        let bodies: BTreeSet<Option<usize>> = apex.chain(crossings.iter().map(of_crossing)).collect();
-        bodies.len() < 2
     }
 
     /// The crossings of an element; those of edges with both nodes outside have no number yet.
@@ -424,12 +390,7 @@ impl<const D: usize> Solids<'_, D> {
     }
 }
 
-/// The edges of an element, the lower node of each first.
-fn edges_of<const N: usize>(nodes: [u32; N]) -> impl Iterator<Item = [u32; 2]> {
-    (0..N).flat_map(move |i| (i + 1..N).map(move |j| ascending([nodes[i], nodes[j]])))
-}
-
-fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
+pub(super) fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
