@@ -98,7 +98,9 @@ impl<const D: usize> SolidTracking<D> {
     fn surface(&self) -> SolidSurface<D> {
         let meshes = self.structure.meshes();
         let bonded_to = self.structure.ties.bonded_to(meshes.len());
-        SolidSurface::new(&meshes, &self.structure.positions(&self.last.predicted)).with_bonds(bonded_to)
+        let is_rigid = self.structure.setups().iter().map(|setup| setup.law.is_rigid()).collect();
+        let surface = SolidSurface::new(&meshes, &self.structure.positions(&self.last.predicted));
+        surface.with_bonds(bonded_to).with_rigid(is_rigid)
     }
 
     /// The mesh cut at a surface.

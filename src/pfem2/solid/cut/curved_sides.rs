@@ -1,4 +1,4 @@
-//! Cut points beside curved surfaces, off these by as much as keeps the volume of the solid (theory (J.6e)).
+//! Cut points beside curved surfaces of rigid solids, off these by as much as keeps the volume (theory (J.6e)).
 //!
 //! ```text
 //! f, a chord (a triangle in space) between cut points on the surface, its middle at the distance d_f
@@ -43,12 +43,15 @@ struct AtPoint<const D: usize> {
 }
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
-    /// Moves cut points off curved surfaces until the volume between chords and surface is none in sum.
+    /// Moves cut points off curved surfaces of rigid solids until the volume between chords and surface is none in sum.
     pub(super) fn keep_volume(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>) {
+        if !surface.has_rigid() {
+            return;
+        }
         let at_points = self.beside_chords(mesh, surface);
         let moved = parallel::collect_some(self.points.len(), PIECE, |c| {
             let position = self.moved(mesh, c, &at_points[c])?;
-            let foot = surface.foot(position)?;
+            let foot = surface.foot(position).filter(|foot| surface.is_rigid(foot.solid))?;
             let (normal, weights) = (surface.normal(&foot)?, surface.weights_beyond(position, &foot)?);
             let own = &self.points[c];
             let bound_directions = own.bound_directions.map(|_| Tensor::outer(normal, normal));

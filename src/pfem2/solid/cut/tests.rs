@@ -31,7 +31,7 @@ fn check_curved<const D: usize, const N: usize>(
     solid: &SolidMesh<D>,
     curvature: f64,
 ) -> SolidCut<D, N> {
-    let surface = surface_of(solid);
+    let surface = surface_of(solid).with_rigid(vec![true]);
     let cut = SolidCut::new(mesh, &surface, &[]);
     for node in &cut.inside {
         let x = mesh.nodes()[node.node as usize];

@@ -56,6 +56,8 @@ pub struct SolidSurface<const D: usize> {
     first_nodes: Vec<u32>,
     /// For each solid the first of those that it is bonded with, or itself: no fluid is between them.
     bonded_to: Vec<usize>,
+    /// True for rigid solids.
+    is_rigid: Vec<bool>,
 }
 
 /// The facets of a solid.
@@ -145,12 +147,28 @@ impl<const D: usize> SolidSurface<D> {
         let positions = positions.to_vec();
         let element_boxes = boxes(0, hulls.into_iter());
         let (first_nodes, bonded_to) = (solids.iter().map(|(_, first)| *first).collect(), (0..solids.len()).collect());
-        Self { facets, normals, solids: outlines, elements, element_boxes, positions, first_nodes, bonded_to }
+        let is_rigid = vec![false; solids.len()];
+        Self { facets, normals, solids: outlines, elements, element_boxes, positions, first_nodes, bonded_to, is_rigid }
     }
 
     /// The surface, with the first of the solids that each is bonded with, or itself.
     pub fn with_bonds(self, bonded_to: Vec<usize>) -> Self {
         Self { bonded_to, ..self }
+    }
+
+    /// The surface, with those of its solids that are rigid.
+    pub fn with_rigid(self, is_rigid: Vec<bool>) -> Self {
+        Self { is_rigid, ..self }
+    }
+
+    /// True if some solids are rigid.
+    pub(super) fn has_rigid(&self) -> bool {
+        self.is_rigid.contains(&true)
+    }
+
+    /// True for a solid that is rigid.
+    pub(super) fn is_rigid(&self, solid: usize) -> bool {
+        self.is_rigid.get(solid).copied().unwrap_or(false)
     }
 
     /// The solid of a global node, or the first of those that it is bonded with.
