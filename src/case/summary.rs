@@ -8,6 +8,7 @@ use crate::linalg::Pattern;
 use crate::math::Vector;
 use crate::mpm::{EDGE, Setup};
 use crate::pfem2::solid::setup::SolidSetup;
+use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
 use crate::simulation::{LEAST_STEPS, Solver};
 pub use solid::SolidSummary;
@@ -129,7 +130,8 @@ fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Optio
         }
     };
     let is_elastic = |solid: &SolidSetup<D>| !solid.law.is_rigid();
-    let heaviest = setup.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
+    let solids = setup.solids.as_ref().map_or(0.0, Structure::largest_density);
+    let heaviest = setup.fluids.iter().map(|fluid| fluid.density).fold(solids, f64::max);
     let gas = setup.fluids.iter().filter(|fluid| pfem2::is_gas(fluid.density, heaviest));
     let gas = gas.min_by(|a, b| a.density.total_cmp(&b.density));
     let room = match (&setup.solids, gas) {

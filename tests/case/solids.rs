@@ -301,7 +301,7 @@ name = "part"
 method = "pfem2"
 dimension = 3
 time = { end = "0.1 s", step = "0.01 s" }
-mesh = { shape = "box", lower = [0, 0, 0], upper = [1, 1, 1], cell = "0.2 m" }
+mesh = { shape = "box", lower = [-0.2, -0.2, -0.2], upper = [1, 1, 1], cell = "0.2 m" }
 [[body]]
 name = "part"
 region = { shape = "surface", file = "part.stl", unit = "1 mm" }
@@ -373,7 +373,7 @@ fn moments_are_of_solids_and_of_what_holds_the_fluid() {
 fn solids_that_overlap_are_refused_and_may_touch() {
     let second = |lower: &str| {
         let body = format!(
-            "[[body]]\nname = \"block\"\nregion = {{ shape = \"box\", lower = [\"{lower}\", \"0 m\"], upper = [\"0.8 m\", \"0.2 m\"] }}\n\
+            "[[body]]\nname = \"block\"\nregion = {{ shape = \"box\", lower = [\"{lower}\", \"5 cm\"], upper = [\"0.8 m\", \"0.2 m\"] }}\n\
              material = {{ law = \"neo-hookean\", density = 1200.0, young = 1e6, poisson = 0.3 }}\n[[tension]]"
         );
         model(&GOOD.replace("[[tension]]", &body), Path::new(""))
@@ -381,6 +381,16 @@ fn solids_that_overlap_are_refused_and_may_touch() {
     assert!(second("0.5 m").is_ok());
     let found = second("0.42 m").map(|_| ()).unwrap_err();
     assert!(found.len() == 1 && found[0].message.contains("lie in `block`"), "{found:?}");
+}
+
+/// Nothing lifts off a wall that it lies on: the elements there have no fluid.
+#[test]
+fn solids_that_lie_on_a_wall_without_a_support_are_refused() {
+    let supports = "supports = [{ on = \"bottom\" }]";
+    expect(supports, "friction = 0.3", "[[body]]", "`flap` touches the boundary of the mesh at (0.4", "move it away");
+    // Half a solid on a plane of symmetry glides along it.
+    let guided = r#"supports = [{ on = "bottom", velocity = ["free", 0] }]"#;
+    assert!(model(&edited(GOOD, supports, guided), Path::new("")).is_ok());
 }
 
 #[test]
@@ -556,10 +566,11 @@ fn a_rigid_solid_has_a_mass_a_motion_and_no_strain() {
 #[test]
 fn springs_and_bonds_say_what_they_need() {
     let spring = "{ on = \"bottom\", stiffness = [\"1 kN/m\", 0], damping = [0, \"2 N s/m\"] }";
-    good(&GOOD.replace("{ on = \"bottom\" }", spring));
+    let lifted = GOOD.replace("lower = [\"0.4 m\", \"0 m\"]", "lower = [\"0.4 m\", \"2 cm\"]");
+    good(&lifted.replace("{ on = \"bottom\" }", spring));
     let second = |bond: &str, lower: &str| {
         let body = format!(
-            "[[body]]\nname = \"block\"\nregion = {{ shape = \"box\", lower = [\"{lower}\", \"0 m\"], upper = [\"0.8 m\", \"0.2 m\"] }}\n\
+            "[[body]]\nname = \"block\"\nregion = {{ shape = \"box\", lower = [\"{lower}\", \"5 cm\"], upper = [\"0.8 m\", \"0.2 m\"] }}\n\
              material = {{ law = \"rigid\", density = 1200.0 }}\nbond = [\"{bond}\"]\n[[tension]]"
         );
         GOOD.replace("[[tension]]", &body)

@@ -143,15 +143,13 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// The gas that gives way to elastic solids where nothing opens the box.
     fn dilatation(&self, phases: &Phases) -> Option<GasDilatation> {
         let (immersed, pin) = (self.immersed.as_ref()?, self.boundary.pin.as_ref()?);
-        if self.physics.fluids.len() < 2 {
-            return None;
-        }
+        let heaviest = self.physics.fluids.iter().map(|fluid| fluid.density).fold(immersed.density, f64::max);
         let fluids =
             parallel::collect(self.mesh.elements().len(), 256, |e| match phases.filling(&self.mesh.elements()[e]) {
                 Filling::Pure(fluid) if immersed.cut.state[e] == ElementState::Fluid => Some(fluid),
                 _ => None,
             });
-        GasDilatation::of_gas(&self.mesh, &fluids, &self.contents.density, pin.node)
+        GasDilatation::of_gas(&self.mesh, &fluids, &self.contents.density, heaviest, pin.node)
     }
 
     /// Fills matrix and right-hand side.

@@ -109,6 +109,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
     visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
     visit("dt/recommended", Column::scalar(&mut pfem.limits.control.recommended));
+    visit("dt/impact", Column::scalar(&mut pfem.limits.control.impact));
     visit("dt/curvature of solids", Column::scalar(&mut pfem.limits.control.solids_curvature));
     visit("dt/recent curvatures of solids", Column::record(&mut pfem.limits.control.solids_recent));
     visit("dt/vibration of solids", Column::record(&mut pfem.limits.control.vibration));

@@ -1,9 +1,10 @@
 //! The state as outputs see it: particles, mesh, ledger, forces, counts.
 
-use super::filled;
+use super::{filled, vorticity};
 use crate::math::{SymTensor, Vector};
 use crate::parallel;
 use crate::pfem2::Pfem2;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::solid::setup::Plane;
 use crate::pfem2::solid::structure::Structure;
@@ -134,6 +135,7 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
         vectors("velocity", "m/s", &system.velocity),
         Field::scalar("pressure", "Pa", &system.pressure),
         Field::computed("density", "kg/m^3", 1, || densities(pfem)),
+        vorticities(system),
     ];
     if !pfem.interface.level.is_empty() {
         node_fields.push(Field::scalar("level set", "", &pfem.interface.level));
@@ -147,6 +149,16 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
         node_fields,
         element_fields: Vec::new(),
     }
+}
+
+/// Vorticity at the nodes of the mesh; in 2D its component across the plane.
+fn vorticities<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> Field<'_> {
+    let components = if D == 2 { 1 } else { 3 };
+    let values = move || {
+        let vorticity = vorticity::at_nodes(&system.mesh, &system.velocity);
+        vorticity.iter().flat_map(|w| w.0[3 - components..].to_vec()).collect()
+    };
+    Field::computed("vorticity", "1/s", components, values)
 }
 
 /// The interfaces between fluids; none if there is only one.

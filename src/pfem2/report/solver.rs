@@ -57,6 +57,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.advance(ThetaStep { t, dt, theta }).map_err(at)?;
         let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.prediction_error));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
+        if let Some(solids) = self.solids.as_ref().filter(|_| self.limits.control.is_active()) {
+            let peak = self.limits.control.solids_peak;
+            self.limits.control.shorten(solids.longest_before_impact(&self.system.mesh, dt, peak));
+        }
         self.history.advance(dt);
         self.steps += 1;
         if let (Some(solids), Some(immersed)) = (&self.solids, &self.system.immersed) {

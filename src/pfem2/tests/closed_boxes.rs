@@ -16,17 +16,17 @@ const BLOCK: [f64; 2] = [0.33, 0.57];
 /// Length of the step [s].
 const DT: f64 = 1e-4;
 
-/// A block that begins to swell with the rate 1 m/s per m in a closed box of 20 × 20 squares, after one step; water of
-/// this density lies above `SURFACE`.
-fn swelling(above: f64) -> Pfem2<2, 3> {
+/// A block that begins to swell with the rate 1 m/s per m in a closed box of 20 × 20 squares, after one step; of these
+/// fluids the last lies above `SURFACE`.
+fn swelling(physics: Physics<2>) -> Pfem2<2, 3> {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [20; 2]).unwrap();
     let blocks = SolidMesh::block(Vector::splat(BLOCK[0]), Vector::splat(BLOCK[1]), [4; 2]).unwrap();
     let center = Vector::splat(0.5 * (BLOCK[0] + BLOCK[1]));
     let soft = solid(blocks, (1e3, 0.0), |_| [false; 2], |x| x - center);
     let slip = set(&mesh, "walls", Condition::Slip, |_| true);
-    let mut physics = water(weightless());
-    physics.fluids.push(fluid("above", above, 1e-5));
-    let mut setup = setup(mesh, vec![slip], physics, |x| u8::from(x[1] > SURFACE), |_| Vector::ZERO);
+    let last = physics.fluids.len() as u8 - 1;
+    let above = |x: Vector<2>| if x[1] > SURFACE { last } else { 0 };
+    let mut setup = setup(mesh, vec![slip], physics, above, |_| Vector::ZERO);
     setup.solids = Some(Structure::new(vec![soft]).unwrap());
     let mut pfem = Pfem2::new(setup);
     pfem.begin(0.0, DT).unwrap();
@@ -61,7 +61,9 @@ fn swells(pfem: &Pfem2<2, 3>) -> f64 {
 /// keeps its volume.
 #[test]
 fn a_gas_in_a_closed_box_makes_room_for_a_solid() {
-    let pfem = swelling(1.0);
+    let mut fluids = water(weightless());
+    fluids.fluids.push(fluid("above", 1.0, 1e-5));
+    let pfem = swelling(fluids);
     let pin = pfem.system.boundary.pin.as_ref().unwrap().node;
     let (mesh, rate) = (&pfem.system.mesh, swells(&pfem));
     assert!(rate > 0.01, "{rate}");
@@ -73,4 +75,14 @@ fn a_gas_in_a_closed_box_makes_room_for_a_solid() {
     assert!(corner.abs() < 2.0 * own / area * rate, "{corner} {rate}");
     let [water, _] = flow_out(&pfem, |e| lowest(e) < 0.25);
     assert!(water.abs() < 0.05 * rate, "{water} {rate}");
+}
+
+/// So does a gas that has the box to itself.
+#[test]
+fn a_gas_alone_in_a_closed_box_makes_room_for_a_solid() {
+    let pfem = swelling(physics(vec![fluid("gas", 1.0, 1e-5)], weightless()));
+    let pin = pfem.system.boundary.pin.as_ref().unwrap().node;
+    let (mesh, rate) = (&pfem.system.mesh, swells(&pfem));
+    let [corner, own] = flow_out(&pfem, |e| mesh.elements()[e].contains(&pin));
+    assert!(rate > 0.01 && corner.abs() < 2.0 * own * rate, "{corner} {rate}");
 }

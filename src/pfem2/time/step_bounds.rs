@@ -16,7 +16,7 @@ const LARGEST_OMEGA_DT: f64 = 1.5;
 const START: f64 = 0.1;
 
 /// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles
-/// doesn't shrink with the step, and shorter steps would follow nothing else.
+/// doesn't shrink with the step, and shorter steps would follow nothing else. Impacts of solids have shorter ones.
 const SHORTEST_STEP: f64 = 0.05;
 
 /// Times at which lids and inlets are asked for their speed.
@@ -76,7 +76,10 @@ impl StepLimits {
         match steps {
             _ if !self.control.is_active() => bound,
             0 => START * bound,
-            _ => bound.min(self.control.recommended.max(SHORTEST_STEP * waves.min(system.crossing_time()))),
+            _ => {
+                let shortest = (SHORTEST_STEP * waves.min(system.crossing_time())).min(self.control.impact);
+                bound.min(self.control.recommended.max(shortest))
+            }
         }
     }
 

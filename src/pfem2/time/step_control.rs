@@ -78,6 +78,9 @@ const FORGETTING: f64 = 0.01;
 /// Beside solids, a proposed growth by less than this factor is ignored.
 const RISE: f64 = 1.2;
 
+/// Errors let steps be so many times longer than an impact asked for when it is over.
+const IMPACT_OVER: f64 = 4.0;
+
 /// Estimated errors of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -111,6 +114,8 @@ pub struct StepControl {
     pub(in crate::pfem2) vibration: Vibration,
     /// The next step as far as errors go [s]: the proposal, which small rises don't change where there are solids.
     pub(in crate::pfem2) recommended: f64,
+    /// The step that an impact of solids asked for which is being resolved [s]; infinite without one.
+    pub(in crate::pfem2) impact: f64,
 }
 
 impl StepControl {
@@ -125,6 +130,7 @@ impl StepControl {
             solids_recent: [f64::INFINITY; 2],
             vibration: Vibration::default(),
             recommended: 0.0,
+            impact: f64::INFINITY,
         }
     }
 
@@ -195,6 +201,17 @@ impl StepControl {
             structure.state.velocity_change = found.change;
         }
         self.learn(dt, errors, least / scale, speed);
+    }
+
+    /// Lets the next step be no longer than an impact asks for [s], and those after it grow from there (theory J.8).
+    pub(in crate::pfem2) fn shorten(&mut self, longest: f64) {
+        if longest < self.recommended {
+            (self.proposal, self.recommended) = (self.proposal.min(longest), longest);
+            self.impact = self.impact.min(longest);
+        }
+        if self.recommended > IMPACT_OVER * self.impact {
+            self.impact = f64::INFINITY;
+        }
     }
 
     /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed

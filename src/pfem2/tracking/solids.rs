@@ -89,7 +89,8 @@ impl<const D: usize> SolidTracking<D> {
     /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
     pub fn immerse<const N: usize>(&self, system: &mut VelocityPressureSystem<D, N>) {
         let velocity = &self.structure.state.velocity;
-        let immersed = Immersed::new(self.cut(&system.mesh, &self.surface()), velocity, velocity.clone(), None);
+        let (cut, density) = (self.cut(&system.mesh, &self.surface()), self.structure.largest_density());
+        let immersed = Immersed::new(cut, velocity, velocity.clone(), None, density);
         immersed.extend(|node| velocity[node], &mut system.velocity);
         system.immerse(immersed);
     }
@@ -252,7 +253,8 @@ impl<const D: usize> SolidTracking<D> {
             self.pressure_stiffness = Some(stiffness);
         }
         let hat = prediction.velocity_hat.clone();
-        system.immersed = Some(Immersed::new(cut, &self.structure.state.velocity, hat, Some(equations)));
+        let density = self.structure.largest_density();
+        system.immersed = Some(Immersed::new(cut, &self.structure.state.velocity, hat, Some(equations), density));
         check_boundary(system, &held)?;
         self.prediction = Some(prediction);
         Ok(())
@@ -325,6 +327,12 @@ impl<const D: usize> SolidTracking<D> {
             nodal.iter_mut().zip(more).for_each(|(force, more)| *force += more);
         }
         nodal
+    }
+
+    /// The longest step after one of `dt` [s] that resolves the impacts that it begins [s]; `peak` is the largest kinetic
+    /// energy of the solids so far [J] (theory J.8).
+    pub fn longest_before_impact<const N: usize>(&self, mesh: &Mesh<D, N>, dt: f64, peak: f64) -> f64 {
+        self.contacts.longest_before_impact(&self.structure, mesh, dt, peak)
     }
 
     /// Distance of the surface at the end of a step from its first prediction, in elements of the mesh.

@@ -1,5 +1,6 @@
 //! PFEM-2: mesh, conditions on its boundary, fluids and their particles.
 
+mod at_boundary;
 mod boundary;
 mod enclosed;
 mod filling;
@@ -157,6 +158,7 @@ impl Construction<'_> {
             let (locator, mesh, boundaries) = (Locator::new(&mesh), &mesh, &boundaries);
             let (fluids, bodies, gravity) = (&fluids, &initial, &gravity);
             let around = SolidSurroundings { file, mesh, locator, boundaries, fluids, bodies, gravity };
+            self.solids_at_boundary(structure, &around);
             self.foresee(structure, &around);
         }
         Some(Setup {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! f = A k (g − d^{n+1}) n − c (1 − n ⊗ n) v,    d^{n+1} = d* + n·Σ c_i (û_i + Δ v_i − u_i*),    v = Σ c_i v_i
-//! c = μ f_n/max(|v_t|, ε),   f_n: normal force of the last step,   v_t: 2 vⁿ − vⁿ⁻¹ along the surface,   ε = 10⁻⁴ g/Δt
+//! c = μ f_n/max(|v_t|, ε),   f_n: normal force of the last step,   v_t: 2 vⁿ − vⁿ⁻¹ along the surface,   ε = 10⁻⁶ g/Δt
 //! ```
 //!
 //! c_i f acts on node i: c is one at the point that meets a wall, and −N_b at the nodes of a facet of a solid that it
@@ -53,7 +53,7 @@ const RETURN: f64 = 0.01;
 const SAME_CONTACT_COSINE: f64 = 0.8;
 
 /// Displacement per step, over the gap, by which places that stick may creep.
-const CREEP: f64 = 1e-4;
+const CREEP: f64 = 1e-6;
 
 /// The law of a contact: what pushes the two apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -201,7 +201,7 @@ pub struct Contact<const D: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::pfem2::solid) struct RigidImpulse<const D: usize> {
     /// Σ c_i v_iⁿ [m/s].
-    before: Vector<D>,
+    pub before: Vector<D>,
     /// w [m/s].
     pub target_velocity: f64,
     /// Coefficient of friction.
@@ -388,6 +388,6 @@ fn slowest(gap: f64, dt: f64) -> f64 {
 }
 
 /// Σ c_i v_i.
-fn relative<const D: usize>(shares: &[(u32, f64)], of: impl Fn(usize) -> Vector<D>) -> Vector<D> {
+pub(super) fn relative<const D: usize>(shares: &[(u32, f64)], of: impl Fn(usize) -> Vector<D>) -> Vector<D> {
     shares.iter().map(|&(node, share)| of(node as usize) * share).sum()
 }

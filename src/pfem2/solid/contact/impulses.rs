@@ -113,6 +113,13 @@ impl<const D: usize> ContactRow<D> {
         }
     }
 
+    /// c where the point pushes with this force [N], at the velocity along the surface with which the step begins [N s/m].
+    fn friction_before(&self, force: f64) -> f64 {
+        let before = self.impulse.before;
+        let along = (before - self.normal * before.dot(self.normal)).norm();
+        self.impulse.friction * force.max(0.0) / along.max(self.impulse.slowest)
+    }
+
     /// Normal force [N], and c that belongs to it, at these velocities.
     fn force_and_friction(&self, q: &[f64]) -> [f64; 2] {
         let velocity = self.entries.iter().map(|&(column, entry)| entry * q[column as usize]).sum::<Vector<D>>();
@@ -151,7 +158,7 @@ fn find_pushing<const D: usize>(rows: &mut [&mut ContactRow<D>], equations: &Rig
     let RigidEquations { inertia, forces, .. } = equations;
     let mut free = forces.to_vec();
     inertia.loads.iter().for_each(|&(k, load)| free[k as usize] += load);
-    let mut q = vec![0.0; free.len()];
+    let (mut q, mut is_smooth) = (vec![0.0; free.len()], true);
     for _ in 0..PASSES {
         let (mut entries, mut rhs) = (inertia.entries.clone(), free.clone());
         rows.iter().for_each(|row| row.add(&mut entries, &mut rhs));
@@ -170,10 +177,13 @@ fn find_pushing<const D: usize>(rows: &mut [&mut ContactRow<D>], equations: &Rig
         if !settled {
             continue;
         }
-        for (row, [_, friction]) in rows.iter_mut().zip(found) {
+        // What stuck in the last step most likely does: from a solution that slides it would take many passes to find.
+        for (row, [force, friction]) in rows.iter_mut().zip(found) {
+            let friction = if is_smooth { row.friction_before(force) } else { friction };
             settled &= (friction - row.friction).abs() <= SETTLED * friction;
             row.friction = friction;
         }
+        is_smooth = false;
         if settled {
             return;
         }

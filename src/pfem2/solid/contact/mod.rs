@@ -7,8 +7,10 @@
 //! | `force` | the force of one contact |
 //! | `unilateral` | which contacts of elastic solids push |
 //! | `impulses` | which contacts of rigid solids push, and with what friction |
+//! | `arrivals` | impacts that the next step begins, and the step that resolves them |
 //! | `step` | the contacts of a step in its equations; impacts that it doesn't resolve |
 
+mod arrivals;
 pub mod between_solids;
 pub mod force;
 mod impulses;

@@ -1,6 +1,7 @@
 //! Contacts of the solids in a step: those that push at its end, and impacts that it doesn't resolve (theory J.8, J.9,
 //! J.11).
 
+use super::arrivals::ResolvingSteps;
 use super::between_solids::{SearchContext, SolidContacts};
 use super::force::{Contact, ContactCandidate, ContactStep, LeastDistances};
 use super::impulses::{RigidEquations, pushing};
@@ -13,6 +14,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::Boundary;
+use crate::pfem2::history::LARGEST_CHANGE;
 use crate::pfem2::solid::equations::SolidEquations;
 use crate::pfem2::solid::equations::independent::SolutionVelocities;
 use crate::pfem2::solid::setup::Inertia;
@@ -48,6 +50,8 @@ pub(in crate::pfem2) struct StepContacts<const D: usize> {
     search: PushSearch,
     /// Numbers of linear forces in the equations of the step besides contacts.
     without_contacts: [usize; 2],
+    /// The steps that resolve impacts.
+    resolving: ResolvingSteps,
 }
 
 /// Contacts of a step.
@@ -119,6 +123,7 @@ impl<const D: usize> StepContacts<D> {
             contacts: ContactLists { walls: Vec::new(), solids: Vec::new() },
             search: PushSearch::default(),
             without_contacts: [0; 2],
+            resolving: ResolvingSteps::new(structure),
         }
     }
 
@@ -165,6 +170,42 @@ impl<const D: usize> StepContacts<D> {
         (self.search, self.without_contacts) = (PushSearch::default(), equations.linear.counts());
         self.contacts.acting().for_each(|contact| contact.add(&mut equations.linear));
         Ok(())
+    }
+
+    /// All places that may touch something.
+    ///
+    /// # Errors
+    /// Solids go through each other.
+    fn candidates<const N: usize>(
+        &self,
+        structure: &Structure<D>,
+        mesh: &Mesh<D, N>,
+        places: ContactPlaces<'_, D>,
+    ) -> Result<Vec<ContactCandidate<D>>, StepError> {
+        let mut all = self.walls.candidates(&places);
+        all.extend(self.solids.candidates(&SearchContext { structure, mesh, places })?);
+        Ok(all)
+    }
+
+    /// The longest step after one of `dt` [s] that resolves what it lets meet [s] (theory J.8); `peak` is the largest
+    /// kinetic energy of the solids so far [J]. Infinite where nothing that counts comes near.
+    pub fn longest_before_impact<const N: usize>(
+        &self,
+        structure: &Structure<D>,
+        mesh: &Mesh<D, N>,
+        dt: f64,
+        peak: f64,
+    ) -> f64 {
+        let Some(shortest) = self.resolving.shortest() else { return f64::INFINITY };
+        let ahead = LARGEST_CHANGE * dt;
+        let start = structure.positions(&structure.state.displacement);
+        let predicted: Vec<Vector<D>> =
+            start.iter().zip(&structure.state.velocity).map(|(x, v)| *x + *v * ahead).collect();
+        let surface = SolidSurface::new(&structure.meshes(), &predicted);
+        let places = ContactPlaces { start: &start, predicted: &predicted, surface: &surface };
+        // Solids that would go through each other are told apart in shorter steps.
+        let near = self.candidates(structure, mesh, places);
+        near.map_or(shortest, |near| self.resolving.longest(structure, &near, ahead, peak))
     }
 
     /// True if a place of a solid is near something in the step.

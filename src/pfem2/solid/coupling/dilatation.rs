@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The fluids of a box that nothing opens have a fixed volume, and so would all solids together. Here a gas beside
-//! heavier fluids gives way, evenly, as it does under an even pressure: σ is the rate at which it dilates. Without it all
+//! heavier fluids or elastic solids gives way, evenly, as it does under an even pressure: σ is the rate at which it dilates. Without it all
 //! of dV_S/dt would come in through the elements around the node whose pressure is held, as it does in liquids alone. σ w
 //! is linear in the velocities of solids, and stands with them.
 
@@ -25,17 +25,17 @@ pub struct GasDilatation {
 
 impl GasDilatation {
     /// The dilatation of the elements full of the lightest fluid; `fluids`: the fluid of each element that is full of one,
-    /// with these densities [kg/m³]; `held`: the node whose pressure is prescribed. `None`: there is no gas beside
-    /// something heavier.
+    /// with these densities [kg/m³]; `heaviest`: the largest density of fluids and elastic solids [kg/m³]; `held`: the node
+    /// whose pressure is prescribed. `None`: there is no gas beside something heavier.
     pub fn of_gas<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         fluids: &[Option<usize>],
         density: &[f64],
+        heaviest: f64,
         held: u32,
     ) -> Option<Self> {
         let full = || fluids.iter().enumerate().filter_map(|(e, fluid)| Some((e, (*fluid)?)));
         let (_, lightest) = full().min_by(|(_, a), (_, b)| density[*a].total_cmp(&density[*b]))?;
-        let heaviest = full().map(|(_, fluid)| density[fluid]).fold(0.0, f64::max);
         if !is_gas(density[lightest], heaviest) {
             return None;
         }

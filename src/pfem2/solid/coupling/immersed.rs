@@ -33,6 +33,8 @@ pub struct Immersed<const D: usize, const N: usize> {
     pub velocity_hat: Vec<Vector<D>>,
     /// Their equations, without what the fluid adds; none before the first step.
     pub equations: Option<SolidEquations>,
+    /// The largest density of elastic solids [kg/m³]; zero without one.
+    pub density: f64,
 }
 
 /// A mass at a place of the fluid.
@@ -53,11 +55,13 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         velocity: &[Vector<D>],
         velocity_hat: Vec<Vector<D>>,
         equations: Option<SolidEquations>,
+        density: f64,
     ) -> Self {
         let velocity = velocity.iter().flat_map(|v| v.0).collect();
         let guess = equations.iter().flat_map(|equations| equations.velocities.guess());
         let traces = trace.by_element(cut.elements.len());
         Self {
+            density,
             cut,
             traces,
             elements: Vec::new(),

@@ -276,6 +276,12 @@ impl<const D: usize> Structure<D> {
         self.setups.get(solid).is_some_and(|setup| !setup.law.is_rigid())
     }
 
+    /// The largest density of elastic solids in the reference state [kg/m³]; zero without one.
+    pub fn largest_density(&self) -> f64 {
+        let laws = self.setups.iter().filter_map(|setup| setup.law.elastic_law().ok());
+        laws.map(|law| law.reference_density()).fold(0.0, f64::max)
+    }
+
     /// λ + 2 μ of a solid [Pa], zero of a rigid one. The surface of a nearly incompressible one gives way by the shape
     /// of the solid: K counts with [`LARGEST_BULK`] G at most.
     pub(in crate::pfem2::solid) fn wave_modulus(&self, setup: &SolidSetup<D>) -> f64 {
