@@ -383,6 +383,17 @@ fn solids_that_overlap_are_refused_and_may_touch() {
     assert!(found.len() == 1 && found[0].message.contains("lie in `block`"), "{found:?}");
 }
 
+/// A wall across the whole channel parts the fluid on its left, which nothing opens, from that at the outlet.
+#[test]
+fn fluid_that_solids_close_off_is_noted() {
+    let notes = |text: &str| model(text, Path::new("")).unwrap_or_else(|found| panic!("{found:#?}")).summary.notes;
+    let is_told =
+        |text: &str| notes(text).iter().filter(|note| note.contains("solids close off the fluid around (0.2")).count();
+    let across = edited(GOOD, "upper = [\"0.5 m\", \"0.3 m\"]", "upper = [\"0.5 m\", \"0.5 m\"]");
+    let across = across.replace("[{ on = \"bottom\" }]", "[{ on = \"bottom\" }, { on = \"top\" }]");
+    assert_eq!([is_told(GOOD), is_told(&across)], [0, 1], "{:?}", notes(&across));
+}
+
 /// Nothing lifts off a wall that it lies on: the elements there have no fluid.
 #[test]
 fn solids_that_lie_on_a_wall_without_a_support_are_refused() {

@@ -2,6 +2,7 @@
 
 mod at_boundary;
 mod boundary;
+mod closed_off;
 mod enclosed;
 mod filling;
 mod fluids;
@@ -126,6 +127,7 @@ impl Construction<'_> {
         self.falling_out(mesh, boundaries, gravity, bodies.fluids[0].density);
         self.left_over(mesh, boundaries);
         self.nearly_flat(mesh);
+        self.closed_off(mesh, boundaries, &bodies.solids);
         self.unfilled(mesh, &bodies.initial, &bodies.solids);
     }
 
