@@ -162,6 +162,24 @@ pub struct HistoryTable {
 }
 
 impl HistoryTable {
+    /// The sum with another history, `name`, of the columns that both have and the rows of the shorter one.
+    #[must_use]
+    pub fn plus(&self, other: &Self, name: &str) -> Self {
+        let (heads, columns) = (self.heads.iter().zip(&self.columns), other.names());
+        let both = heads.skip(1).filter_map(|(head, own)| {
+            let (column, unit) = head.strip_suffix(']')?.rsplit_once(" [")?;
+            let added = &other.columns[columns.iter().position(|other| *other == column)?];
+            let sum = own.iter().zip(added).map(|(a, b)| a + b).collect();
+            Some((format!("{column} [{unit} and {name}]"), sum))
+        });
+        let (mut names, mut sums): (Vec<String>, Vec<Vec<f64>>) = both.unzip();
+        names.insert(0, self.heads.first().cloned().unwrap_or_default());
+        sums.insert(0, self.columns.first().cloned().unwrap_or_default());
+        let rows = sums.iter().map(Vec::len).min().unwrap_or_default();
+        sums.iter_mut().for_each(|column| column.truncate(rows));
+        Self { heads: names, columns: sums }
+    }
+
     /// Reads a history; empty if there is none yet.
     ///
     /// # Errors

@@ -290,11 +290,12 @@ impl Check {
     /// has. None for other quantities than values of a column, and for bounds.
     pub fn levels(&self, checks: &[Self]) -> Vec<f64> {
         let Reference::Number(reference) = self.reference else { return Vec::new() };
-        if self.compare != Compare::Equal || self.minus.is_some() || self.plus.is_some() {
+        if self.compare != Compare::Equal || self.minus.is_some() {
             return Vec::new();
         }
         let is_middle = |other: &&Self| {
-            other.kind == Measure::Midrange && other.history == self.history && other.value == self.value
+            other.kind == Measure::Midrange
+                && (&other.history, &other.plus, &other.value) == (&self.history, &self.plus, &self.value)
         };
         match (self.kind, checks.iter().find(is_middle).map(|middle| &middle.reference)) {
             (Measure::Amplitude, Some(Reference::Number(middle))) => vec![middle - reference, middle + reference],
@@ -309,6 +310,16 @@ impl Check {
                 _,
             ) => vec![reference],
             _ => Vec::new(),
+        }
+    }
+
+    /// The time at which the column passes a level, with this level: a point of its curve. None for other quantities.
+    pub fn passage(&self) -> Option<[f64; 2]> {
+        match (&self.reference, self.kind) {
+            (Reference::Number(time), Measure::Crossing) if self.compare == Compare::Equal && self.minus.is_none() => {
+                Some([*time, self.at?])
+            }
+            _ => None,
         }
     }
 
@@ -371,8 +382,14 @@ mod tests {
         let swing = [check("midrange", 1.0, ""), check("amplitude", 3.0, ""), check("growth", 5.0, "")].concat();
         assert_eq!(levels(&swing), [vec![1.0], vec![-2.0, 4.0], vec![]]);
         assert_eq!(levels(&check("amplitude", 3.0, "")), [vec![]; 1] as [Vec<f64>; 1]);
-        let others = [check("maximum", 2.0, "compare = 'at-most'"), check("mean", 2.0, "plus = 'g'")].concat();
+        let others = [check("maximum", 2.0, "compare = 'at-most'"), check("mean", 2.0, "minus = 'g'")].concat();
         assert!(levels(&others).iter().all(Vec::is_empty));
+        let passage = Expected::parse(&check("crossing", 0.25, "at = 0.0")).unwrap().checks[0].passage();
+        assert_eq!(passage, Some([0.25, 0.0]));
+        // The middle of a sum is that of the same sum.
+        let sums =
+            [check("midrange", 7.0, ""), check("midrange", 1.0, "plus = 'g'"), check("amplitude", 3.0, "plus = 'g'")];
+        assert_eq!(levels(&sums.concat()), [vec![7.0], vec![1.0], vec![-2.0, 4.0]]);
     }
 
     #[test]

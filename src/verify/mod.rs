@@ -93,7 +93,7 @@ fn no_history(check: &expected::Check, name: &str, histories: &Path) -> Error {
 }
 
 /// The references to draw in the plots of a run: one curve as points, several as their band, numbers that columns are
-/// compared with as levels.
+/// compared with as levels, and times at which they pass a level as points.
 ///
 /// # Errors
 /// A table that isn't there, or can't be read.
@@ -102,7 +102,7 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>
     let reference = |history: &String, column: &String, curves: &[Curve], source: &String| {
         let curves = curves.iter().map(read).collect::<Result<Vec<Series>>>()?;
         let (history, column) = (history.clone(), column.clone());
-        Ok(ReferenceCurve { history, column, label: source.clone(), shape: shape(&curves), phase: None })
+        Ok(ReferenceCurve { history, plus: None, column, label: source.clone(), shape: shape(&curves), phase: None })
     };
     let compared = expected.checks.iter().filter_map(|check| match &check.reference {
         expected::Reference::Curves(curves) => Some(reference(&check.history, &check.value, curves, &check.source)),
@@ -116,7 +116,22 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>
         let curve = reference(&drawn.history, &drawn.value, &drawn.reference, &drawn.source)?;
         Ok(ReferenceCurve { phase: drawn.phase.as_ref().map(in_phase).transpose()?, ..curve })
     });
-    compared.chain(only_drawn).chain(levels(&expected.checks).into_iter().map(Ok)).collect()
+    let numbers = levels(&expected.checks).into_iter().chain(passages(&expected.checks));
+    compared.chain(only_drawn).chain(numbers.map(Ok)).collect()
+}
+
+/// The points at which columns are to pass a level.
+fn passages(checks: &[expected::Check]) -> impl Iterator<Item = ReferenceCurve> {
+    checks.iter().filter_map(|check| {
+        Some(ReferenceCurve {
+            history: check.history.clone(),
+            plus: check.plus.clone(),
+            column: check.value.clone(),
+            label: check.source.split(": ").next().unwrap_or_default().to_owned(),
+            shape: CurveShape::Points(vec![check.passage()?]),
+            phase: None,
+        })
+    })
 }
 
 /// The numbers that columns are compared with, by column and source: values, and the extremes of an oscillation about
@@ -127,13 +142,15 @@ fn levels(checks: &[expected::Check]) -> Vec<ReferenceCurve> {
         let label = check.source.split(": ").next().unwrap_or_default();
         let x = [check.from, check.until];
         let own: Vec<HorizontalLine> = check.levels(checks).into_iter().map(|y| HorizontalLine { y, x }).collect();
-        let same =
-            |one: &&mut ReferenceCurve| one.history == check.history && one.column == check.value && one.label == label;
+        let same = |one: &&mut ReferenceCurve| {
+            (&one.history, &one.plus, &one.column) == (&check.history, &check.plus, &check.value) && one.label == label
+        };
         match all.iter_mut().find(same) {
             _ if own.is_empty() => {}
             Some(ReferenceCurve { shape: CurveShape::Levels(levels), .. }) => levels.extend(own),
             _ => all.push(ReferenceCurve {
                 history: check.history.clone(),
+                plus: check.plus.clone(),
                 column: check.value.clone(),
                 label: label.to_owned(),
                 shape: CurveShape::Levels(own),

@@ -1,6 +1,7 @@
 //! Plots of histories and of the energy balance. The files stay in the target directory (`tmp/plots`)
 //! to be looked at.
 
+use lateen::output::history::HistoryTable;
 use lateen::output::image::Image;
 use lateen::output::plot::{
     CurveShape, Data, HorizontalLine, PhaseReference, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run,
@@ -47,6 +48,7 @@ fn every_history_gets_a_plot_per_unit_and_per_column_with_references() {
         (0..=120).map(|i| 1e-5 * f64::from(i)).map(|t| [t, damped(t) - 3e-4, damped(t) + 3e-4]).collect();
     let reference = |label: &str, shape| ReferenceCurve {
         history: "centre".into(),
+        plus: None,
         column: "z".into(),
         label: label.into(),
         shape,
@@ -81,6 +83,7 @@ fn values_are_drawn_as_levels_beside_all_columns_of_a_unit() {
     let levels = [-1.0, 1.0].map(|y| HorizontalLine { y, x: [0.4, f64::INFINITY] });
     let reference = ReferenceCurve {
         history: "tip".into(),
+        plus: None,
         column: "x".into(),
         label: "published extremes".into(),
         shape: CurveShape::Levels(levels.to_vec()),
@@ -90,6 +93,35 @@ fn values_are_drawn_as_levels_beside_all_columns_of_a_unit() {
     let svg = fs::read_to_string(dir.join("tip.svg")).unwrap();
     assert!(svg.contains("published extremes") && svg.contains("x, y"), "one plot of both columns");
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+/// The drag on two parts together is a plot of its own, beside those of each.
+#[test]
+fn sums_of_histories_with_references_are_drawn() {
+    let dir = directory("sums");
+    let histories = dir.join("history");
+    fs::create_dir_all(&histories).unwrap();
+    for (name, factor) in [("beam", 0.7), ("cylinder", 2.0)] {
+        let rows = (0..=50).map(|n| 0.02 * f64::from(n)).map(|t| format!("{t},{},{}\n", factor * t, 1.0));
+        let text = format!("time [s],fx [N/m on {name}],fy [N/m on {name}]\n{}", rows.collect::<String>());
+        fs::write(histories.join(format!("{name}.csv")), text).unwrap();
+    }
+    let reference = |plus: &str| ReferenceCurve {
+        history: "beam".into(),
+        plus: Some(plus.into()),
+        column: "fx".into(),
+        label: "published drag".into(),
+        shape: CurveShape::Levels(vec![HorizontalLine { y: 2.7, x: [0.0, 1.0] }]),
+        phase: None,
+    };
+    plot_run(&histories, &dir, &[reference("cylinder"), reference("nothing")]).unwrap();
+    let svg = fs::read_to_string(dir.join("beam-and-cylinder.svg")).unwrap();
+    assert!(svg.contains("published drag") && svg.contains("N/m on beam and cylinder"), "{svg}");
+    assert!(!fs::read_to_string(dir.join("beam.svg")).unwrap().contains("published drag"));
+    let both = HistoryTable::read(&histories.join("beam.csv"))
+        .and_then(|beam| Ok(beam.plus(&HistoryTable::read(&histories.join("cylinder.csv"))?, "cylinder")))
+        .unwrap();
+    assert!((both.columns[1][50] - 2.7).abs() < 1e-12 && both.columns[2] == vec![2.0; 51], "{both:?}");
 }
 
 /// A swing of the run from its own start on, and one period and a half of the reference from zero on.
@@ -104,6 +136,7 @@ fn a_periodic_reference_is_drawn_in_the_phase_of_the_run() {
     let signal: Vec<[f64; 2]> = (0..60).map(|n| 0.01 * f64::from(n)).map(|t| [t, swing(t, 0.0)]).collect();
     let in_phase = |history: &str| ReferenceCurve {
         history: "tip".into(),
+        plus: None,
         column: "y".into(),
         label: format!("published, by {history}"),
         shape: CurveShape::Points(signal.clone()),

@@ -6,7 +6,7 @@ use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
 use crate::output::colour::PALETTE;
 use crate::output::history::HistoryTable;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -15,6 +15,8 @@ use std::path::Path;
 pub struct ReferenceCurve {
     /// The history: name of its file without extension.
     pub history: String,
+    /// Another history whose values are added, as the force on a cylinder to that on a beam behind it.
+    pub plus: Option<String>,
     /// The column, without unit.
     pub column: String,
     /// The entry of the legend: the source.
@@ -39,6 +41,28 @@ pub fn plot_run(histories: &Path, plots: &Path, references: &[ReferenceCurve]) -
         }
         let specs = if name == "balance" { balance(&table) } else { history(&name, &table, &references) };
         for (stem, spec) in specs {
+            lines(&spec, &plots.join(stem))?;
+        }
+    }
+    plot_sums(histories, plots, &references)
+}
+
+/// Plots the sums of two histories that have references.
+fn plot_sums(histories: &Path, plots: &Path, references: &[ReferenceCurve]) -> Result<()> {
+    let pairs: BTreeSet<[&String; 2]> =
+        references.iter().filter_map(|one| Some([&one.history, one.plus.as_ref()?])).collect();
+    for [one, other] in pairs {
+        let files = [one, other].map(|name| histories.join(format!("{name}.csv")));
+        if !files.iter().all(|file| file.is_file()) {
+            continue;
+        }
+        let table = HistoryTable::read(&files[0])?.plus(&HistoryTable::read(&files[1])?, other);
+        let name = format!("{one}-and-{other}");
+        let own =
+            references.iter().filter(|reference| &reference.history == one && reference.plus.as_ref() == Some(other));
+        let own: Vec<ReferenceCurve> =
+            own.map(|reference| ReferenceCurve { history: name.clone(), plus: None, ..reference.clone() }).collect();
+        for (stem, spec) in history(&name, &table, &own) {
             lines(&spec, &plots.join(stem))?;
         }
     }
@@ -77,7 +101,10 @@ fn history_names(directory: &Path) -> Result<Vec<String>> {
 /// One plot per column that has references, and one per unit for the others.
 fn history(name: &str, table: &HistoryTable, references: &[ReferenceCurve]) -> Vec<(String, PlotSpec)> {
     let of_column = |column: &str| -> Vec<&ReferenceCurve> {
-        references.iter().filter(|reference| reference.history == name && reference.column == column).collect()
+        let is_own = |reference: &&ReferenceCurve| {
+            reference.history == name && reference.column == column && reference.plus.is_none()
+        };
+        references.iter().filter(is_own).collect()
     };
     let mut groups: BTreeMap<(String, Option<usize>), Vec<usize>> = BTreeMap::new();
     for (c, head) in table.heads.iter().enumerate().skip(1) {
