@@ -185,6 +185,8 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/velocity earlier", Column::new(&mut state.velocity_earlier));
     visit("solids/acceleration", Column::new(&mut state.acceleration));
     visit("solids/acceleration previous", Column::new(&mut state.acceleration_previous));
+    visit("solids/surface acceleration", Column::new(&mut state.surface_acceleration));
+    visit("solids/surface acceleration previous", Column::new(&mut state.surface_acceleration_previous));
     visit("solids/velocity change", Column::new(&mut state.velocity_change));
     visit("solids/predicted", Column::new(&mut last.predicted));
     mean_columns("solids/forces", &mut last.forces, visit);

@@ -252,7 +252,7 @@ impl<const D: usize> SolidTracking<D> {
             self.add_pressure_stiffness(step, &prediction, &stiffness, &mut equations);
             self.pressure_stiffness = Some(stiffness);
         }
-        let hat = prediction.velocity_hat.clone();
+        let hat = prediction.surface_velocity_hat.clone();
         let density = self.structure.largest_density();
         system.immersed = Some(Immersed::new(cut, &self.structure.state.velocity, hat, Some(equations), density));
         check_boundary(system, &held)?;

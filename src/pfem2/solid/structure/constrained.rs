@@ -138,6 +138,8 @@ impl<const D: usize> Structure<D> {
             velocity_earlier,
             acceleration,
             acceleration_previous,
+            surface_acceleration,
+            surface_acceleration_previous,
             ..
         } = &mut self.state;
         for (body, state) in self.rigid.iter().zip(rigid) {
@@ -146,7 +148,8 @@ impl<const D: usize> Structure<D> {
                 state.begin_anew();
                 velocity_previous[own.clone()].copy_from_slice(&velocity[own.clone()]);
                 velocity_earlier[own.clone()].copy_from_slice(&velocity[own.clone()]);
-                acceleration[own.clone()].copy_from_slice(&acceleration_previous[own]);
+                acceleration[own.clone()].copy_from_slice(&acceleration_previous[own.clone()]);
+                surface_acceleration[own.clone()].copy_from_slice(&surface_acceleration_previous[own]);
             }
         }
     }

@@ -251,11 +251,13 @@ impl<const D: usize> Structure<D> {
         let both = displacement.iter().zip(&prediction.displacement);
         self.state.correction = both.map(|(u, predicted)| *u - *predicted).collect();
         self.state.displacement = displacement;
-        let both = velocity.iter().zip(&prediction.velocity_hat);
-        let acceleration = both.map(|(v, hat)| (*v - *hat) / delta).collect();
-        self.state.acceleration_previous = std::mem::replace(&mut self.state.acceleration, acceleration);
-        let last = std::mem::replace(&mut self.state.velocity, velocity);
-        self.state.velocity_earlier = std::mem::replace(&mut self.state.velocity_previous, last);
+        let since = |hat: &[Vector<D>]| velocity.iter().zip(hat).map(|(v, hat)| (*v - *hat) / delta).collect();
+        let (own, at_surface) = (since(&prediction.velocity_hat), since(&prediction.surface_velocity_hat));
+        let state = &mut self.state;
+        state.acceleration_previous = std::mem::replace(&mut state.acceleration, own);
+        state.surface_acceleration_previous = std::mem::replace(&mut state.surface_acceleration, at_surface);
+        let last = std::mem::replace(&mut state.velocity, velocity);
+        state.velocity_earlier = std::mem::replace(&mut state.velocity_previous, last);
     }
 
     pub(in crate::pfem2::solid) fn law(&self, solid: usize) -> Result<SolidLaw<'_>, StepError> {

@@ -27,6 +27,7 @@ impl<const D: usize> Structure<D> {
         };
         let displacement_hat = hat(u, v, velocity_previous);
         let velocity_hat = hat(v, a, acceleration_previous);
+        let surface_velocity_hat = hat(v, &self.state.surface_acceleration, &self.state.surface_acceleration_previous);
         let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
         let all = u.iter().zip(v).zip(earlier_steps);
         let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
@@ -49,7 +50,15 @@ impl<const D: usize> Structure<D> {
         self.ties.follow(&mut displacement);
         let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
         let velocities = self.independent(&held, &guess, &rigid);
-        Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
+        Ok(Prediction {
+            displacement_hat,
+            velocity_hat,
+            surface_velocity_hat,
+            displacement,
+            found: None,
+            rigid,
+            velocities,
+        })
     }
 
     /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead

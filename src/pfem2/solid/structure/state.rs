@@ -21,6 +21,10 @@ pub struct SolidState<const D: usize> {
     pub acceleration: Vec<Vector<D>>,
     /// aⁿ⁻¹ [m/s²].
     pub acceleration_previous: Vec<Vector<D>>,
+    /// a_Fⁿ of the fluid at nodes [m/s²]: with the impulses on which rigid solids rest (theory (J.16c)).
+    pub surface_acceleration: Vec<Vector<D>>,
+    /// The same of the step before [m/s²].
+    pub surface_acceleration_previous: Vec<Vector<D>>,
     /// Difference between vⁿ and its extrapolation from the two steps before [m/s]; zero before the first step.
     pub velocity_change: Vec<Vector<D>>,
     /// Motion of rigid solids, in their order.
@@ -34,6 +38,8 @@ pub struct Prediction<const D: usize> {
     pub displacement_hat: Vec<Vector<D>>,
     /// v̂ [m/s].
     pub velocity_hat: Vec<Vector<D>>,
+    /// v̂_F of the fluid at nodes [m/s] (theory (J.16c)).
+    pub surface_velocity_hat: Vec<Vector<D>>,
     /// u* [m].
     pub displacement: Vec<Vector<D>>,
     /// u* less that of the prediction about which it was found [m], in a step that is solved anew.
@@ -67,6 +73,8 @@ impl<const D: usize> SolidState<D> {
             velocity,
             acceleration: zero.clone(),
             acceleration_previous: zero.clone(),
+            surface_acceleration: zero.clone(),
+            surface_acceleration_previous: zero.clone(),
             velocity_change: zero,
             rigid: Vec::new(),
         }
@@ -94,6 +102,8 @@ impl<const D: usize> SolidState<D> {
         (self.velocity_previous, self.velocity_earlier) = (previous, earlier);
         self.acceleration.clone_from(&end.acceleration);
         self.acceleration_previous.clone_from(&end.acceleration);
+        self.surface_acceleration.clone_from(&end.surface_acceleration);
+        self.surface_acceleration_previous.clone_from(&end.surface_acceleration);
         self.rigid.iter_mut().zip(&end.rigid).for_each(|(own, end)| own.begin(end));
     }
 }
