@@ -247,7 +247,7 @@ fn fluid_glides_where_elements_do_not_hold_its_layer() {
     };
     assert!(glides(&pushed("4.3 kPa")) && !glides(&pushed("4.7 kPa")));
     assert!(glides(&edited(&pushed("4.7 kPa"), "[pfem2]", "[pfem2]\ngravity = [0, \"-9.81 m/s^2\"]")));
-    // What the case says counts, and the solid that isn't moved by its own inertia has no layer.
+    // A condition that the case gives counts, and a solid that isn't moved by its own inertia has no layer.
     for key in ["surface = \"no-slip\"", "surface = \"slip\"", "inertia = \"quasi-static\""] {
         assert!(!glides(&edited(GOOD, "plane = \"stress\"", &format!("plane = \"stress\"\n{key}"))), "{key}");
     }

@@ -125,7 +125,7 @@ fn between_segments([p, q]: [Vector<3>; 2], [r, s]: [Vector<3>; 2]) -> (Vector<3
     // Of parallel segments any point will do, as long as its partner is found from it.
     let first = share(b * e - c * d, a * c - b * b);
     let second = share(b * first + e, c);
-    // Where the second was held at its end, the first follows.
+    // If the second was held at its end, the first follows.
     let first = share(b * second - d, a);
     (p + u * first, r + v * second)
 }

@@ -117,7 +117,7 @@ fn a_block_that_falls_on_another_rests_half_an_element_above_it() {
 fn contacts_leave_the_momentum_of_a_pair() {
     let left = block([[0.2, 0.4], [0.45, 0.6]], [4, 2], 1e6, 0.3, [1.0, 0.0]);
     let right = block([[0.5, 0.43], [0.75, 0.63]], [3, 2], 1e6, 0.3, [-1.0, 0.3]);
-    // What the gas gives is a small part of the momentum that a step solves for.
+    // The gas gives a small part of the momentum that a step solves for.
     let mut pfem = in_fluid_within(1e-12, Structure::new(vec![left, right]).unwrap(), gas([0.0; 2]));
     let (dt, mut largest) = (5e-4, 0.0f64);
     for k in 0..60 {

@@ -138,7 +138,7 @@ impl<const D: usize> RigidContacts<D> {
         solids
     }
 
-    /// Lists what is near to walls and obstacles: nodes, and points of elements over what isn't flat.
+    /// Lists the contacts near walls and obstacles: at nodes and, over curved or sharp surfaces, at points of elements.
     fn find_contacts(
         &mut self,
         walls: &Walls<D>,

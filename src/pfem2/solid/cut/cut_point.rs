@@ -110,7 +110,7 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     }
 }
 
-/// Where an edge of some length [m] leaves the body of its node inside, and meets another one farther on.
+/// The place at which an edge of some length [m] leaves the body of its node inside; it meets another one farther on.
 fn own_crossing<const D: usize>(
     surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,
