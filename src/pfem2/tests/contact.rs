@@ -351,7 +351,7 @@ fn a_column_is_compressed_at_its_foot_without_contact() {
 /// half as thick as an element. They fall as the closed form says where the fluid doesn't count, and rise where it
 /// carries them.
 #[test]
-fn extreme_solids_run() {
+fn solids_of_extreme_stiffness_density_and_thickness_fall_and_rise() {
     let fall = |density: f64, fluid_density: f64, young: f64, height: f64| {
         let mut own = block([[0.3, 0.5], [0.6, 0.5 + height]], [3, 2], young, 0.0, [0.0; 2]);
         own.law = match young == 0.0 {
