@@ -1,4 +1,5 @@
-//! Winding numbers: how often a surface goes around a point, which tells inside from outside however it is folded.
+//! Winding numbers: how often a surface goes around a point, which tells inside from outside however it is folded
+//! (theory D.13).
 //!
 //! ```text
 //! 2D: w(x) = Σ ∠(a − x, b − x)/2π over segments

@@ -1,4 +1,4 @@
-//! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
+//! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed (theory F.15).
 
 use super::border::{Border, PressureCompliance};
 use super::bordered::{BorderedMatrix, Preconditioned};

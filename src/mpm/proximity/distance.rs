@@ -1,4 +1,4 @@
-//! Distance between two elements: segments in the plane; triangles and quadrilaterals in space.
+//! Distance between two elements: segments in the plane; triangles and quadrilaterals in space (theory D.17).
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, as contact sees it. Two triangles that don't
 //! cross are nearest to each other at points of two edges, or at a corner of one and its foot inside the other; if they

@@ -1,4 +1,4 @@
-//! Fluids at rest stay at rest.
+//! Fluids at rest stay at rest (theory G.9).
 
 use super::*;
 use crate::pfem2::Pfem2;
