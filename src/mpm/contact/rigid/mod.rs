@@ -3,8 +3,12 @@
 //!
 //! ```text
 //! w = Σ_K W_K v_K − v_w,   g = φ(x) − ½ t |n·ν|,   a = max(g, 0)/Δt        φ: distance, n = ∇φ, ν: normal of the sheet
-//! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K += W_K J/m_K
+//! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K ← v_K + W_K J/m_K
 //! ```
+//!
+//! J acts on the sheet here, along n from the solid to the sheet, and the solid gets −J. In contact with bodies J acts on
+//! the body, along n from the sheet to the body, and the sheet moves with the other sign, v_K ← v_K − W_K J/m_K (theory
+//! (D.20)).
 //!
 //! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, restitution is
 //! zero, and there is no adhesion. The sheet's edge counts with its thickness only as far as it lies along the
