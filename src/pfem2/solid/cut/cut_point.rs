@@ -81,7 +81,8 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     surface: &SolidSurface<D>,
     conditions: &[SurfaceCondition],
     distance: &[f64],
-    (edge, body): ([u32; 2], usize),
+    edge: [u32; 2],
+    body: usize,
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
