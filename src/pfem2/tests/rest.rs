@@ -130,7 +130,8 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
             assert!(speed < 1e-10, "{offset} {enrichment:?}: {speed:e}");
         }
     }
-    let speed = stirred(&cushion(), Vector([0.48, 0.6, 0.64]), 0.7, Enrichment::default(), Mass::default(), Condition::Slip);
+    let speed =
+        stirred(&cushion(), Vector([0.48, 0.6, 0.64]), 0.7, Enrichment::default(), Mass::default(), Condition::Slip);
     assert!(speed < 1e-10, "{speed:e}");
 }
 
