@@ -173,7 +173,7 @@ struct CodeOfSection {
 
 /// The sources in the lines `Code:` of a chapter; such a line ends before an empty one.
 fn code_of_sections(chapter: &str) -> Vec<CodeOfSection> {
-    let (mut found, mut section) = (Vec::new(), String::new());
+    let (mut found, mut section) = (Vec::<CodeOfSection>::new(), String::new());
     for block in chapter.split("\n\n").map(str::trim) {
         if let Some(own) = block.strip_prefix('#').and_then(|heading| label(heading.trim_start_matches('#').trim())) {
             section = own.to_owned();
@@ -184,8 +184,7 @@ fn code_of_sections(chapter: &str) -> Vec<CodeOfSection> {
             if n % 2 == 0 {
                 of_brackets = (of_brackets || part.contains('(')) && !part.contains(')');
             } else if let (true, Some(last)) = (of_brackets, found.last_mut()) {
-                let CodeOfSection { items, .. } = last;
-                items.push(part.to_owned());
+                last.items.push(part.to_owned());
             } else {
                 found.push(CodeOfSection { section: section.clone(), path: part.to_owned(), items: Vec::new() });
             }

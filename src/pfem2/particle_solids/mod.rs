@@ -1,5 +1,6 @@
-//! Solids on particles, as the paper has them (Becker, Idelsohn & Oñate 2015; theory K.1 to K.6): particles carry deviator and
-//! pressure of a rate law, and the velocity and pressure of the fixed mesh are those of fluid and solid in one system.
+//! Solids on particles, as the paper has them (Becker, Idelsohn & Oñate 2015; theory K.1 to K.6): particles carry
+//! deviator and pressure of a rate law, and the velocity and pressure of the fixed mesh are those of fluid and solid in
+//! one system.
 //!
 //! ```text
 //! 1 turn     σ'_p ← Q σ'_p Qᵀ with the spin of vⁿ                          Becker (16), theory (K.3)

@@ -6,8 +6,8 @@
 //! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K ← v_K + W_K J/m_K
 //! ```
 //!
-//! J acts on the sheet here, along n from the solid to the sheet, and the solid gets −J. In contact with bodies J acts on
-//! the body, along n from the sheet to the body, and the sheet moves with the other sign, v_K ← v_K − W_K J/m_K (theory
+//! J acts on the sheet here, along n from the solid to the sheet, and the solid gets −J. In contact with bodies J acts
+//! on the body, along n from the sheet to the body, and the sign for the sheet turns: v_K ← v_K − W_K J/m_K (theory
 //! (D.20)).
 //!
 //! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, restitution is
