@@ -122,7 +122,7 @@ fn measure(thousands: usize, steps: usize, choice: &Choice) {
     if !["linear", "quadratic"].contains(&name.as_str()) {
         return;
     }
-    for (name, order) in [("unsorted", Order::Mixed), ("row by row", Order::FoldedStencil)] {
+    for (name, order) in [("unsorted", Order::Mixed), ("row by row", Order::RowByRow)] {
         let mut column = Column::new(n, kernel, (WATER, GRAVITY), order);
         column.step(dt);
         let (idle, plain) = (processor_seconds(), (steps / 3).max(2));

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_leaves_its_limit_less_what_is_taken_but_for_the_cache() {
+    fn memory_left_of_a_control_group_includes_the_file_cache() {
         let group = tempfile::tempdir().unwrap();
         let write = |file: &str, text: &str| std::fs::write(group.path().join(file), text).unwrap();
         let left = || left(group.path(), "memory.max", "memory.current");

@@ -22,7 +22,7 @@ pub struct Column {
 #[derive(Clone, Copy)]
 pub enum Order {
     /// Row by row, as they were made: neighbours are in the cache.
-    FoldedStencil,
+    RowByRow,
     /// Far from their neighbours, as after a long run of a code that never sorts.
     Mixed,
 }
@@ -30,7 +30,7 @@ pub enum Order {
 impl Order {
     fn of(self, lattice: Vec<Vector<3>>) -> Vec<Vector<3>> {
         match self {
-            Self::FoldedStencil => lattice,
+            Self::RowByRow => lattice,
             // A stride that is coprime to the number of particles visits each of them once.
             Self::Mixed => {
                 let n = lattice.len();

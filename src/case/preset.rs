@@ -1,5 +1,5 @@
-//! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says
-//! itself.
+//! Defaults of `[mpm]` and `[pfem2]` by preset and material (theory A.7). A preset is a piece of TOML under
+//! what the case says itself.
 
 use super::Material;
 use crate::material::{MaterialKind, PointLaws};

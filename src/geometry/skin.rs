@@ -1,4 +1,4 @@
-//! Points on the surface of a region that is filled with particles, carried along by the particles.
+//! Points on the surface of a region that is filled with particles, carried along by the particles (theory D.9).
 //!
 //! ```text
 //! s = Σ_p w_p x_p,   Σ w_p = 1,   Σ w_p X_p = S        exact for every affine motion of the particles around S

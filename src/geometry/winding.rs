@@ -1,4 +1,5 @@
-//! Winding numbers: how often a surface goes around a point, which tells inside from outside however it is folded.
+//! Winding numbers: how often a surface goes around a point, which tells inside from outside however it is folded
+//! (theory D.13).
 //!
 //! ```text
 //! 2D: w(x) = Σ ∠(a − x, b − x)/2π over segments
@@ -206,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_goes_around_what_is_inside_once() {
+    fn the_winding_number_of_a_square_is_one_inside_and_zero_outside() {
         let square = ring(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector));
         for (x, expected) in [([0.5, 0.5], 1.0), ([0.999, 0.001], 1.0), ([1.001, 0.5], 0.0), ([-3.0, 9.0], 0.0)] {
             close(Winding::new(square.clone()).number(Vector(x)), expected, 1e-12);

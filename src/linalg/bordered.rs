@@ -1,4 +1,5 @@
-//! A system with a border as the Krylov method sees it: products, residuals, preconditioning (theory J.4).
+//! A system with a border as the Krylov method sees it: products, residuals, preconditioning (theory F.15,
+//! J.4).
 
 use super::border::{Border, BorderedRows, BorderedVector, NearAndBorder};
 use super::coarse::CoarseCorrection;

@@ -1,4 +1,4 @@
-//! The direct factorisation: S A S = L D Lᵀ, supernodal, by `faer`.
+//! The direct factorisation: S A S = L D Lᵀ, supernodal, by `faer` (theory F.15).
 //!
 //! ```text
 //! A = [ A  G ; Gᵀ  −C ] is quasi-definite: L D Lᵀ exists for every order of elimination (Vanderbei 1995), so the

@@ -1,4 +1,4 @@
-//! Nested dissection of a mesh by its coordinates: an order of elimination with little fill.
+//! Nested dissection of a mesh by its coordinates: an order of elimination with little fill (theory F.15).
 //!
 //! The nodes are cut into halves at the median along an axis; the nodes of one half that touch the other separate
 //! the two and are eliminated last; each half is cut again (George 1973). Of all axes and both sides the smallest

@@ -1,4 +1,4 @@
-//! Flexible GMRES with restarts (Saad 1993), preconditioned from the right, in the scaled norm.
+//! Flexible GMRES with restarts (Saad 1993), preconditioned from the right, in the scaled norm (theory F.15).
 //!
 //! ```text
 //! minimise |S (b − A x)| over x ∈ x_0 + span{z_1 … z_m},   z_j = P(v_j)

@@ -1,4 +1,4 @@
-//! The lowest modes of a pair of symmetric matrices, by subspace iteration (Bathe & Wilson 1972).
+//! The lowest modes of a pair of symmetric matrices, by subspace iteration (Bathe & Wilson 1972; theory J.15).
 //!
 //! ```text
 //! K x = λ M x;      X ← (K + σ M)⁻¹ M X,   X made orthonormal in M,   Xᵀ K X = V Λ Vᵀ,   X ← X V

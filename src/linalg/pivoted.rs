@@ -1,4 +1,4 @@
-//! The factorisation with row exchanges: S A S = Pᵀ L U, supernodal, by `faer`.
+//! The factorisation with row exchanges: S A S = Pᵀ L U, supernodal, by `faer` (theory F.15).
 //!
 //! The last resort for matrices whose unsymmetric part rules somewhere, as at an outlet that a very viscous fluid
 //! reaches:

@@ -1,4 +1,4 @@
-//! Preconditioners of FGMRES, and the rule for replacing them.
+//! Preconditioners of FGMRES, and the rule for replacing them (theory F.15).
 
 use super::border::PressureCompliance;
 use super::direct::{Analysis, Factor};

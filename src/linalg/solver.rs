@@ -1,4 +1,4 @@
-//! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
+//! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed (theory F.15).
 
 use super::border::{Border, PressureCompliance};
 use super::bordered::{BorderedMatrix, Preconditioned};
@@ -185,7 +185,7 @@ impl<const B: usize> LinearSolver<B> {
                 return Ok(SolveOutcome { iterations, residual, rebuilt: is_fresh });
             }
             if !norm(&residual).is_finite() {
-                // What comes next begins where this began.
+                // The next attempt begins with the guess with which this one began.
                 x.copy_from_slice(&guess);
             }
             if !is_fresh {

@@ -1,4 +1,4 @@
-//! The state of a linear solver as a checkpoint keeps it: with it a resumed run repeats the same bits.
+//! The state of a linear solver as a checkpoint keeps it: with it a resumed run repeats the same bits (theory F.15).
 
 use super::preconditioner::{Detour, Preconditioning, ReusePolicy};
 use bytemuck::{Pod, Zeroable};

@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_stand_where_entries_are() {
+    fn blocks_of_zeros_have_the_pattern_of_the_entries() {
         let a = SparseMatrix::from_triplets(2, vec![(0, 1, 1.0), (1, 1, 1.0)]).zero_blocks(2);
         assert_eq!((&a.start[..], &a.columns[..]), (&[0, 2, 4, 6, 8][..], &[2, 3, 2, 3, 2, 3, 2, 3][..]));
     }

@@ -1,4 +1,4 @@
-//! The factorisation of the symmetric part of a sparse matrix: S ½ (A + Aᵀ) S = Pᵀ L D Lᵀ P, by `faer`.
+//! The factorisation of the symmetric part of a sparse matrix: S ½ (A + Aᵀ) S = Pᵀ L D Lᵀ P, by `faer` (theory J.4).
 //!
 //! The order P of least degree is one for symmetric patterns (Amestoy, Davis & Duff 1996): of solids in space it leaves
 //! a fraction of the entries that the factor with row exchanges has ([`SparseFactor`](super::SparseFactor)).

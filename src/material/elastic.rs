@@ -1,4 +1,5 @@
-//! Moduli of isotropic elasticity, and the Jaumann-rate solid that the rate laws start from.
+//! Moduli of isotropic elasticity (of incompressible solids: theory J.18), and the Jaumann-rate solid that the rate
+//! laws start from.
 //!
 //! ```text
 //! p = −K ln J,      s^{n+1} = Q (sⁿ + G D' Δt) Qᵀ + G D' Δt           (theory B.8)

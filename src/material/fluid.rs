@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn starts_that_a_fluid_refuses() {
+    fn a_fluid_refuses_a_start_with_stress_or_below_its_least_pressure() {
         let stressed = StartState { stress: Some(SymTensor::ZERO), ..StartState::default() };
         assert!(air().initial(&stressed).unwrap_err().contains("stress"));
         let eos = EquationsOfState::LinearLiquid(LinearLiquid { sound_speed: 100.0, tensile_strength: 0.0 });

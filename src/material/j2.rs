@@ -165,7 +165,7 @@ mod tests {
 
     /// A straight curve is linear hardening, whose closed form is above; a bend in it is met to the digit.
     #[test]
-    fn a_curve_hardens_as_it_says() {
+    fn hardening_follows_a_yield_curve_exactly() {
         let bent = YieldCurve::try_from(vec![[0.0, 400e6], [0.01, 500e6], [0.02, 510e6]]).unwrap();
         let law = J2 { yield_stress: bent, ..copper(0.0, 1.0) };
         let mut sample = TestParticle::new(&law, StartState::default());

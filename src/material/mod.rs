@@ -1,4 +1,4 @@
-//! Laws of materials. One law, one file; its name in one list of the registry below.
+//! Laws of materials (theory B.1). One law, one file; its name in one list of the registry below.
 //!
 //! Laws are always three-dimensional: a two-dimensional solver embeds (plane strain) and reads back.
 //! A boxed law is called once per *batch* of particles, so that dynamic dispatch costs nothing.

@@ -1,4 +1,4 @@
-//! Fourth-order tensors that map a rate of strain to a stress rate, as 6 × 6 matrices.
+//! Fourth-order tensors that map a rate of strain to a stress rate, as 6 × 6 matrices (theory B.13).
 //!
 //! ```text
 //! (a ⊗ b)_ijkl = a_ij b_kl,      (a ⊙ b)_ijkl = ¼ (a_ik b_jl + a_il b_jk + a_jk b_il + a_jl b_ik)

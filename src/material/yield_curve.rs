@@ -1,4 +1,4 @@
-//! Yield stress over plastic strain: one value, or a measured curve that is linear between its rows.
+//! Yield stress over plastic strain: one value, or a measured curve that is linear between its rows (theory B.10).
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};

@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn texts_that_are_no_quantity_are_refused() {
         for text in ["", "m", "1 parsec", "1 m^", "1 m/", "1 (m", "1 m)", "1 m^99", "1 m^2^2", "1e999 m", "1 mmin", "-"]
         {
             assert!(Quantity::parse(text).is_err(), "{text:?} was read as {:?}", Quantity::parse(text));

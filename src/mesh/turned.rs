@@ -130,7 +130,7 @@ mod tests {
     /// Facets around a hole have normals into the hole, out of the material: nothing of a ring is turned, but the
     /// outside of one that runs the other way is.
     #[test]
-    fn holes_look_inwards() {
+    fn facets_around_a_hole_point_into_it() {
         assert!(squares(&[([0.0, 0.0], 1.0), ([0.0, 0.0], -0.5)]).turned_parts(2).is_empty());
         let turned = squares(&[([0.0, 0.0], -1.0), ([0.0, 0.0], 0.5)]).turned_parts(2);
         assert!(turned.len() == 1 && turned[0].volume < -3.9, "{turned:?}");

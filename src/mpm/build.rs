@@ -1,4 +1,4 @@
-//! From a description to a solver that is ready to step.
+//! From a description to a solver that is ready to step (theory A.15).
 
 use super::contact::FrictionTable;
 use super::coupling::{Coupling, CouplingSettings, build_membranes};

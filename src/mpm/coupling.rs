@@ -1,5 +1,5 @@
-//! The steps of the membranes, which meet the bodies on the grid (theory C.9, D.1; Lian, Liu & Zhang 2014, section 6, 3
-//! and 4).
+//! The steps of the membranes, which meet the bodies on the grid (theory C.9, D.1, E.3, E.11; Lian, Liu & Zhang 2014,
+//! section 6, 3 and 4).
 //!
 //! The stable step of a stiff membrane may be hundreds of times smaller than that of the bodies. Then it takes
 //! n sub-steps of Δt/n, each against the trial state p̄(τ) = p⁻ + τ f of the bodies at its time, with their

@@ -1,4 +1,4 @@
-//! The motion of the particles: velocities from the grid, Lian (65), then positions, Lian (19).
+//! The motion of the particles: velocities from the grid, Lian (65), then positions, Lian (19); theory A.6, A.9.
 //!
 //! ```text
 //! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC

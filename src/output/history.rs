@@ -1,4 +1,4 @@
-//! Histories: CSV tables over time whose first row names the columns with their units.
+//! Histories: CSV tables over time whose first row names the columns with their units (theory H.10).
 //!
 //! A row is written with one call and never left half: after a failed write the file is cut back, and
 //! a run that was killed in the middle of a row drops that row when it is resumed. Numbers are written

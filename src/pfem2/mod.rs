@@ -1,5 +1,5 @@
 //! The particle finite element method, second generation (PFEM-2), for several fluids, and elastic and rigid solids in
-//! them, on a fixed mesh of simplices (Becker, Idelsohn & Oñate 2015; theory F, G and H; solids J and K).
+//! them, on a fixed mesh of simplices (Becker, Idelsohn & Oñate 2015; theory F.1, G.1, H.1; solids: J.1, K.1).
 //!
 //! Particles carry x_p, v_p and their phase; of solids on particles σ'_p, p_p and a_p, too. The stages of a step, in
 //! their order, are in `Pfem2::advance` (`step/mod.rs`).

@@ -97,7 +97,7 @@ mod tests {
 
     /// The means of a step are those of the forces: shares of three ends of steps.
     #[test]
-    fn means_take_the_shares_of_a_step() {
+    fn means_of_a_step_weigh_forces_by_its_shares() {
         let mut moments = StepMeans::none(1);
         let at = |m: f64| vec![Vector([0.0, 0.0, m])];
         moments.begin(at(1.0));

@@ -40,7 +40,7 @@ pub struct Occupied {
 
 impl Drop for Occupied {
     fn drop(&mut self) {
-        // What can't be taken away does no harm: the lock is what counts.
+        // A file that can't be taken away does no harm: the lock is what counts.
         let _ = self.lock.unlock();
         let _ = fs::remove_file(&self.path);
     }

@@ -1,4 +1,4 @@
-//! The ends of steps, and the times at which outputs are due.
+//! The ends of steps, and the times at which outputs are due (theory A.15, H.10).
 //!
 //! Steps follow from the solver and the end of the run alone: outputs don't change them, so that no key of an output
 //! changes a result. What is due between two ends of steps is shown at the second, and histories have the values on the

@@ -1,4 +1,4 @@
-//! The only time loop.
+//! The only time loop (theory H.10).
 //!
 //! ```text
 //! while t < t_end:

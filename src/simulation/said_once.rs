@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_are_cut_or_no_text_are_told() {
+    fn keys_that_are_cut_off_or_not_utf8_are_refused() {
         assert!(restored(b"").misfit().is_none() && restored(b"one\n").misfit().is_none());
         for torn in [&b"one\ntw"[..], b"\xff\xff\n", b"one"] {
             assert!(restored(torn).misfit().is_some(), "{torn:?}");

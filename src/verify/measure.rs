@@ -122,7 +122,7 @@ mod tests {
     /// sin ωt + ¼ cos 2ωt swings from −5/4 to 3/4; what goes on at another frequency, at two thirds of its strength,
     /// does not count where it is averaged over eighty periods.
     #[test]
-    fn another_period_averages_to_nothing() {
+    fn averages_over_periods_remove_another_frequency() {
         let row = |n: u32| {
             let t = f64::from(n) * 1e-3;
             let [u, w] = [TAU * t / 0.1, 14.11 * TAU * t];

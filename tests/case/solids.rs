@@ -201,7 +201,7 @@ fn the_stress_at_the_start_is_even_and_one_that_the_law_can_have() {
 }
 
 #[test]
-fn incompressible_solids_are_said_and_material_points_are_not() {
+fn incompressible_solids_get_a_note_and_material_points_an_error() {
     let half = good(&GOOD.replace("poisson = 0.3", "poisson = 0.5"));
     let said = half
         .summary
@@ -247,7 +247,7 @@ fn fluid_glides_where_elements_do_not_hold_its_layer() {
     };
     assert!(glides(&pushed("4.3 kPa")) && !glides(&pushed("4.7 kPa")));
     assert!(glides(&edited(&pushed("4.7 kPa"), "[pfem2]", "[pfem2]\ngravity = [0, \"-9.81 m/s^2\"]")));
-    // What the case says counts, and the solid that isn't moved by its own inertia has no layer.
+    // A condition that the case gives counts, and a solid that isn't moved by its own inertia has no layer.
     for key in ["surface = \"no-slip\"", "surface = \"slip\"", "inertia = \"quasi-static\""] {
         assert!(!glides(&edited(GOOD, "plane = \"stress\"", &format!("plane = \"stress\"\n{key}"))), "{key}");
     }
@@ -575,7 +575,7 @@ fn a_rigid_solid_has_a_mass_a_motion_and_no_strain() {
 }
 
 #[test]
-fn springs_and_bonds_say_what_they_need() {
+fn wrong_springs_and_bonds_are_found_at_their_keys() {
     let spring = "{ on = \"bottom\", stiffness = [\"1 kN/m\", 0], damping = [0, \"2 N s/m\"] }";
     let lifted = GOOD.replace("lower = [\"0.4 m\", \"0 m\"]", "lower = [\"0.4 m\", \"2 cm\"]");
     good(&lifted.replace("{ on = \"bottom\" }", spring));

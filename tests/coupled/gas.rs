@@ -1,5 +1,5 @@
 //! Gas in membranes: no particle crosses, and the paper's loop oscillates with the extrema and the period of
-//! independent results.
+//! independent results (theory D.18).
 
 use crate::model::*;
 use lateen::material::StartState;

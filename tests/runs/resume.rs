@@ -249,12 +249,14 @@ fn altered_columns_are_refused(text: &str, longer: &str) {
     forge(&|columns| columns.push(probe())).expect("outputs may change");
 }
 
+/// (Takes long: each column is altered in up to five ways, and a run goes on from each.)
 #[test]
 fn altered_columns_of_a_checkpoint_of_material_points_are_refused() {
     let rarely = BALL.replace("history = \"2 ms\"", "history = \"2 ms\"\nfields = \"1 s\"");
     altered_columns_are_refused(&rarely, &rarely.replace("20 ms", "21 ms"));
 }
 
+/// (Takes long, as that of material points.)
 #[test]
 fn altered_columns_of_a_checkpoint_of_a_flow_are_refused() {
     let small = FLOW.replace("cell = \"0.1 m\"", "cell = \"0.25 m\"").replace("0.4 s", "0.04 s");

@@ -163,6 +163,124 @@ fn labels_are_found_in_every_form() {
     assert_eq!(without_paper(numbers), ["(50, 52"]);
 }
 
+/// A source that a line `Code:` of the theory names for a section, with the items in brackets after it.
+#[derive(Debug, PartialEq)]
+struct CodeOfSection {
+    section: String,
+    path: String,
+    items: Vec<String>,
+}
+
+/// The sources in the lines `Code:` of a chapter; such a line ends before an empty one.
+fn code_of_sections(chapter: &str) -> Vec<CodeOfSection> {
+    let (mut found, mut section) = (Vec::<CodeOfSection>::new(), String::new());
+    for block in chapter.split("\n\n").map(str::trim) {
+        if let Some(own) = block.strip_prefix('#').and_then(|heading| label(heading.trim_start_matches('#').trim())) {
+            section = own.to_owned();
+        }
+        let Some(list) = block.strip_prefix("Code:") else { continue };
+        let mut of_brackets = false;
+        for (n, part) in list.split('`').enumerate() {
+            if n % 2 == 0 {
+                of_brackets = (of_brackets || part.contains('(')) && !part.contains(')');
+            } else if let (true, Some(last)) = (of_brackets, found.last_mut()) {
+                last.items.push(part.to_owned());
+            } else {
+                found.push(CodeOfSection { section: section.clone(), path: part.to_owned(), items: Vec::new() });
+            }
+        }
+    }
+    found
+}
+
+/// The file of a source that the theory names: in `src`, or of tests; a folder stands for its `mod.rs`.
+fn source_of(path: &str) -> Option<PathBuf> {
+    let found = [root().join("src").join(path), root().join(path)].into_iter().find(|path| path.exists())?;
+    let module = found.join("mod.rs");
+    Some(if module.exists() { module } else { found })
+}
+
+/// True if a source has an item of this name: a function, a type, a constant, a field or a variant.
+fn has_item(text: &str, item: &str) -> bool {
+    let name = item.rsplit("::").next().unwrap_or(item);
+    let kinds = ["fn ", "struct ", "enum ", "trait ", "type ", "const ", "mod ", "\n    "];
+    kinds.into_iter().any(|kind| {
+        text.match_indices(&format!("{kind}{name}"))
+            .any(|(at, found)| !text[at + found.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+    })
+}
+
+/// What a source says of itself as a whole.
+fn head(text: &str) -> String {
+    joined(&text.lines().take_while(|line| line.starts_with("//!")).collect::<Vec<_>>().join("\n"))
+}
+
+/// Faults of a source that the theory names: it doesn't exist, lacks an item, or doesn't cite the chapter, in its head
+/// or, where items are named, anywhere.
+fn faults_of_code(code: &CodeOfSection) -> Vec<String> {
+    let CodeOfSection { section, path, items } = code;
+    let Some(file) = source_of(path) else { return vec![format!("theory {section}: no file {path}")] };
+    // Of a folder without a head of its own all files are meant.
+    let Ok(text) = fs::read_to_string(&file) else { return Vec::new() };
+    let missing = items.iter().filter(|item| !item.contains(' ') && !has_item(&text, item));
+    let mut faults: Vec<String> = missing.map(|item| format!("theory {section}: no {item} in {path}")).collect();
+    let chapter = &section[..2];
+    let place = if items.is_empty() { head(&text) } else { joined(&text) };
+    if !cited(&place).iter().any(|label| label.trim_start_matches('(').starts_with(chapter)) {
+        faults.push(format!("theory {section}: {path} doesn't cite it"));
+    }
+    faults
+}
+
+#[test]
+fn sources_that_sections_name_exist_and_cite_the_chapter() {
+    let text =
+        "## B.2 Walls\n\nAs here.\n\nCode: `a/b.rs` (`one`, `Two::three`),\n`c.rs`.\n\n## B.3 Ends\n\nCode: `d.rs`.";
+    let code = |section: &str, path: &str, items: &[&str]| CodeOfSection {
+        section: section.into(),
+        path: path.into(),
+        items: items.iter().map(|&item| item.into()).collect(),
+    };
+    let expected = [code("B.2", "a/b.rs", &["one", "Two::three"]), code("B.2", "c.rs", &[]), code("B.3", "d.rs", &[])];
+    assert_eq!(code_of_sections(text), expected);
+    let all: Vec<CodeOfSection> = files("docs/src/theory", &["md"])
+        .into_iter()
+        .flat_map(|path| code_of_sections(&fs::read_to_string(path).unwrap()))
+        .collect();
+    assert!(all.len() > 300, "{}", all.len());
+    let faults: Vec<String> = all.iter().flat_map(faults_of_code).collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The chapters that a text cites as a whole, by a letter alone: `theory C;`.
+fn bare_chapters(text: &str) -> Vec<&str> {
+    let after = text.match_indices("theory ").map(|(at, word)| (at, &text[at + word.len()..]));
+    let is_bare = |rest: &str| {
+        let mut letters = rest.chars();
+        let is_letter = letters.next().is_some_and(|c| c.is_ascii_uppercase());
+        let (next, then) = (letters.next(), letters.next());
+        is_letter
+            && !next.is_some_and(char::is_alphanumeric)
+            && !(next == Some('.') && then.is_some_and(char::is_numeric))
+    };
+    after.filter(|(_, rest)| is_bare(rest)).map(|(at, rest)| &text[at..text.len() - rest.len() + 1]).collect()
+}
+
+#[test]
+fn sections_are_cited_rather_than_chapters() {
+    assert_eq!(
+        bare_chapters("(theory J): as theory A.3, theory (B.2) and theory C.1 say; theory of A, theory F"),
+        ["theory J", "theory F"]
+    );
+    let all = sources().into_iter().chain(pages());
+    let faults: Vec<String> = all
+        .flat_map(|(path, text)| {
+            bare_chapters(&text).into_iter().map(|found| format!("{path}: {found}")).collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(faults.is_empty(), "a section of the chapter is meant:\n{}", faults.join("\n"));
+}
+
 /// The rows of the table of a paper's equations: number, and the sources that do the work.
 fn table(paper: &str) -> Vec<(u32, Vec<String>)> {
     let text = fs::read_to_string(root().join("docs/src/theory/papers.md")).unwrap();

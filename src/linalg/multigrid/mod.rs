@@ -1,4 +1,5 @@
-//! Multigrid by smoothed aggregation (Vaněk, Mandel & Brezina 1996) with Krylov cycles (Notay & Vassilevski 2008).
+//! Multigrid by smoothed aggregation (Vaněk, Mandel & Brezina 1996) with Krylov cycles (Notay & Vassilevski 2008;
+//! theory F.15).
 //!
 //! ```text
 //! P = (I − ω D⁻¹ A_s) P_0,   ω = 4 / (3 ρ(D⁻¹ A_s)),   A_c = Pᵀ A P

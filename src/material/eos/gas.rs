@@ -1,4 +1,4 @@
-//! The start of gases: at the reference density, with the energy that gives the pressure.
+//! The start of gases: at the reference density, with the energy that gives the pressure (theory B.14).
 
 use super::{EquationOfState, FluidState};
 use crate::material::StartState;

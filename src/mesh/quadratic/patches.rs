@@ -1,4 +1,4 @@
-//! Closed surfaces of triangles as patches of 9 nodes: three flat quadrilaterals to each triangle.
+//! Closed surfaces of triangles as patches of 9 nodes: three flat quadrilaterals to each triangle (theory J.11).
 //!
 //! ```text
 //! triangle a, b, c with the middle g:      quadrilaterals  a, ab, g, ca;   b, bc, g, ab;   c, ca, g, bc

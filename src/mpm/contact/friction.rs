@@ -1,4 +1,4 @@
-//! Friction between bodies and membranes, by name.
+//! Friction between bodies and membranes, by name (theory D.1).
 
 use crate::mpm::Friction;
 

@@ -1,4 +1,5 @@
-//! Named contact forces, the energy that contact has dissipated, and counts of particles that crossed sheets.
+//! Named contact forces, the energy that contact has dissipated, and counts of particles that crossed sheets (theory
+//! D.15, D.16).
 
 use super::impulse::{ContactTotals, PairDissipation};
 use crate::math::Vector;

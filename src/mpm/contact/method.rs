@@ -1,4 +1,4 @@
-//! The interface of the methods of contact between a sheet and the bodies.
+//! The interface of the methods of contact between a sheet and the bodies (theory D.1).
 //!
 //! All methods know the sheet as [`ContactSheet`] and the bodies' nodes as [`Partners`], and exchange impulses between
 //! the two. They differ in the places at which contact is detected and resolved: at grid nodes ([`super::at_nodes`]) or

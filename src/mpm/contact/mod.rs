@@ -24,8 +24,8 @@
 //! restore       (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
 //!
-//! J is the impulse on the body, of two bodies on the second; the sheet gets −J (theory D). Only in contact of a sheet
-//! with walls and obstacles (`rigid`) J acts on the sheet (theory E).
+//! J is the impulse on the body, of two bodies on the second; the sheet gets −J (theory D.5, D.9, D.14). Only in
+//! contact of a sheet with walls and obstacles (`rigid`) J acts on the sheet (theory E.10).
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
 //! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory D.15).
 

@@ -1,4 +1,4 @@
-//! Sizes of particles.
+//! Sizes of particles (theory D.3).
 
 use crate::math::Vector;
 use crate::mpm::Particles;

@@ -1,4 +1,4 @@
-//! The bodies' nodes that contact touches, followed through the sub-steps of the membranes.
+//! The bodies' nodes that contact touches, followed through the sub-steps of the membranes (theory D.1, C.9).
 //!
 //! ```text
 //! p̄(t) = p⁻ + t f + Σ J      at the time t after the start of the step, J the contact impulses so far

@@ -1,5 +1,5 @@
 //! Particle shifting: keeps the particles of liquids evenly spaced, and their volumes those of the space that they fill
-//! (theory A.11).
+//! (theory A.11); keeps them off sheets and obstacles (theory D.12, E.8).
 //!
 //! ```text
 //! φ_I = Σ_p V_p N_Ip / ∫N_I dx,   c_I = max(φ_I − 1, 0)   what particles fill of a node's share of space, and the excess

@@ -1,4 +1,4 @@
-//! The visits as plain loops over the particles, one at a time: the specification.
+//! The visits as plain loops over the particles, one at a time: the specification (theory A.1).
 //!
 //! ```text
 //! m_I = Σ m_p N_Ip                                           Lian (60)

@@ -1,5 +1,5 @@
-//! The visits over sorted particles, block by block: what a run uses. [`super::plain`] is their specification, one
-//! particle at a time.
+//! The visits over sorted particles, block by block: what a run uses (theory A.1). [`super::plain`] is their
+//! specification, one particle at a time.
 
 use super::visitor::{Executor, Gathering, Nodal, Scattering, Targets};
 use crate::mpm::Grid;

@@ -1,5 +1,5 @@
-//! Sweeps over the particles as data: what is read of the nodes, what is done with the particles, what goes to
-//! the nodes.
+//! Sweeps over the particles as data: nodal fields that are read, operations on the particles, nodal fields to which
+//! they scatter.
 
 use crate::mpm::stress::strain::Positions;
 use crate::mpm::transfer::ScatterContent;

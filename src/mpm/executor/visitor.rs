@@ -91,8 +91,8 @@ pub(in crate::mpm) struct Visitor<'a, const D: usize> {
 }
 
 impl<const D: usize> Visitor<'_, D> {
-    /// Visits the particles of a body of the velocity field `own`, one visit after the other; what they tell is added
-    /// to the body's summary.
+    /// Sweeps over the particles of a body of the velocity field `own`, one visit after the other, and adds their
+    /// energies, largest speeds and findings to the body's summary.
     ///
     /// # Errors
     /// When a particle's volume would become negative or is not a number.

@@ -1,4 +1,4 @@
-//! The sparse blocks of the grid: 4ᴰ nodes each, whose memory follows the material.
+//! The sparse blocks of the grid: 4ᴰ nodes each, whose memory follows the material (theory A.1).
 //!
 //! A node is addressed by its number, slot · 4ᴰ + local, with x running fastest inside a block. All fields share the
 //! numbering of the blocks.

@@ -1,4 +1,4 @@
-//! The nodes around one point with their weights: the inner loop of every transfer.
+//! The nodes around one point with their weights: the inner loop of every transfer (theory A.2).
 
 use super::{EDGE, Grid};
 use crate::math::Vector;

@@ -1,4 +1,4 @@
-//! From a set-up to a membrane: checks, lumped masses, reference state, prestress.
+//! From a set-up to a membrane: checks, lumped masses, reference state, prestress (theory C.2, C.3, C.8, C.10).
 
 use super::connectivity::MembraneElements;
 use super::element::{self, HistoryBlock, MembraneParameters, ReferenceBlock};

@@ -1,4 +1,4 @@
-//! Pressure, and nodes whose motion is prescribed.
+//! Pressure, and nodes whose motion is prescribed (theory C.1, C.8).
 
 use super::connectivity::MembraneElements;
 use crate::math::{Signal, Vector};

@@ -1,4 +1,5 @@
-//! Membranes: thin sheets as explicit finite elements without bending (Lian, Liu & Zhang 2014, section 4; theory C).
+//! Membranes: thin sheets as explicit finite elements without bending (Lian, Liu & Zhang 2014, section 4; theory C.1 to
+//! C.11).
 //!
 //! Quadrilaterals with one quadrature point and hourglass control (of sheets that wrinkle: 2 × 2 points),
 //! constant-strain triangles, and in 2D two-node segments of unit width. One step, from positions xⁿ and velocities

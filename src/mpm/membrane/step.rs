@@ -1,4 +1,4 @@
-//! The stages of a membrane's step, and the bookkeeping of what they do.
+//! The stages of a membrane's step, and the bookkeeping of what they do (theory C.8, C.9, C.11).
 
 use super::Membrane;
 use super::element::MembraneSums;

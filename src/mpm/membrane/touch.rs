@@ -1,4 +1,4 @@
-//! Forces of bodies on the elements of a membrane.
+//! Forces of bodies on the elements of a membrane (theory C.11).
 //!
 //! ```text
 //! F_e = Σ_K∈e F_K (a_e/n_e)/(Σ_e'∋K a_e'/n_e'),    Σ_e F_e = Σ_K F_K,    p_e = F_e·n/a_e

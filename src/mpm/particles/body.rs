@@ -185,7 +185,7 @@ impl<const D: usize> Body<D> {
         self.bins = bins;
     }
 
-    /// External forces on the particles at time `t` [N]: tractions, and gravity that varies in space.
+    /// External forces on the particles at time `t` [N]: tractions, and gravity that varies in space (theory A.14).
     pub fn find_external_forces(&mut self, gravity: &[Signal; D], t: f64) {
         let Self { particles, traction, work, .. } = self;
         work.external.clear();

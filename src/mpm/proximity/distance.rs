@@ -1,4 +1,4 @@
-//! Distance between two elements: segments in the plane; triangles and quadrilaterals in space.
+//! Distance between two elements: segments in the plane; triangles and quadrilaterals in space (theory D.17).
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, as contact sees it. Two triangles that don't
 //! cross are nearest to each other at points of two edges, or at a corner of one and its foot inside the other; if they
@@ -125,7 +125,7 @@ fn between_segments([p, q]: [Vector<3>; 2], [r, s]: [Vector<3>; 2]) -> (Vector<3
     // Of parallel segments any point will do, as long as its partner is found from it.
     let first = share(b * e - c * d, a * c - b * b);
     let second = share(b * first + e, c);
-    // Where the second was held at its end, the first follows.
+    // If the second was held at its end, the first follows.
     let first = share(b * second - d, a);
     (p + u * first, r + v * second)
 }

@@ -1,4 +1,5 @@
-//! Constants of all sheets during a run: elements, nodes at the same places, and distances of elements at the start.
+//! Constants of all sheets during a run: elements, nodes at the same places, and distances of elements at the start
+//! (theory D.17).
 
 use super::distance::approach;
 use crate::math::Vector;

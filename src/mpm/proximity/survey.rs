@@ -1,4 +1,4 @@
-//! One survey of all sheets: elements that aren't neighbours and are near to each other.
+//! One survey of all sheets: elements that aren't neighbours and are near to each other (theory D.17).
 //!
 //! Elements are grouped in patches. Most patches are near to those alone that they are joined with, and are nearly flat
 //! together, so that no elements in them are in contact. Elements of all other pairs of patches are compared.

@@ -1,4 +1,4 @@
-//! Warnings about bodies on both sides of a membrane at the start.
+//! Warnings about bodies on both sides of a membrane at the start (theory D.13).
 //!
 //! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ)
 //! for facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for

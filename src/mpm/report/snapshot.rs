@@ -1,4 +1,4 @@
-//! The snapshot for outputs: particles, membranes, ledger, reactions.
+//! The snapshot for outputs: particles, membranes, ledger, reactions (theory A.17).
 
 use crate::math::{Tensor, Vector};
 use crate::mpm::Mpm;

@@ -31,7 +31,7 @@ impl<const D: usize> MethodChoices<D> {
         Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
     }
 
-    /// The part of the particles' velocity that comes from v⁺ itself.
+    /// The part of the particles' velocity that comes from v⁺ itself (theory A.6).
     pub fn pic_share(&self, dt: f64) -> f64 {
         match self.transfer {
             Transfer::Flip { relaxation, .. } => -(-dt / relaxation).exp_m1(),

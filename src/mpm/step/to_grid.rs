@@ -1,4 +1,5 @@
-//! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum, Lian (60–64).
+//! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum, Lian (60–64);
+//! theory A.5, A.8.
 
 use super::LeapfrogStep;
 use crate::error::StepError;

@@ -1,4 +1,4 @@
-//! From the grid back to the particles: velocities, stresses, places, Lian (65, 19).
+//! From the grid back to the particles: velocities, stresses, places, Lian (65, 19); theory A.5, A.8.
 
 use super::LeapfrogStep;
 use super::filter::{Filter, divide_by_mass};

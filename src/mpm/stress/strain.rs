@@ -1,5 +1,5 @@
 //! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients
-//! with an averaged volume ratio (`update` has the equations). The same for one particle at a time:
+//! with an averaged volume ratio (theory A.8, A.10; `update` has the equations). The same for one particle at a time:
 //! `mpm::executor::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};

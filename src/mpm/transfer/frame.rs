@@ -1,4 +1,4 @@
-//! Positions in tile coordinates, and the weights of eight particles there.
+//! Positions in tile coordinates, and the weights of eight particles there (theory A.3).
 
 use super::Sweep;
 use super::group::LaneGroup;

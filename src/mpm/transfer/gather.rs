@@ -93,9 +93,8 @@ pub(crate) fn fill_tile<const D: usize>(
 }
 
 impl<const D: usize> Sweep<'_, D> {
-    /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's
-    /// record:
-    /// a scalar, the velocity, the acceleration.
+    /// Visits all particles, a chunk at a time, with nodal values interpolated to them, Σ N_Ip q_I, Lian (19, 65).
+    /// `node` sets what is read of a node's record: a scalar, the velocity, the acceleration.
     pub fn gather<A: Reduce>(
         &self,
         node: impl Fn(usize, &mut NodeRecord) + Sync,

@@ -1,4 +1,5 @@
-//! Grid to particles to grid in one visit: what particles make of the nodes is sent on while they are at hand.
+//! Grid to particles to grid in one sweep: particles are scattered right after their update, while they are in the
+//! cache.
 
 use super::Sweep;
 use super::frame::TileFrame;
@@ -12,8 +13,8 @@ use crate::parallel::parts_mut;
 use rayon::prelude::*;
 
 impl<const D: usize> Sweep<'_, D> {
-    /// Visits all particles, a chunk at a time, with what the nodes say there (as [`Self::gather`] does), and then
-    /// scatters them to `targets` (as [`Self::scatter`]), whose nodes are others than those that are read.
+    /// Visits all particles, a chunk at a time, with nodal values interpolated to them (as [`Self::gather`] does), and
+    /// then scatters them to `targets` (as [`Self::scatter`]), other nodal fields than those that are read.
     pub fn relay<T: Target<D>, A: Reduce>(
         &self,
         node: impl Fn(usize, &mut NodeRecord) + Sync,

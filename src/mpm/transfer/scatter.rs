@@ -18,15 +18,15 @@ use rayon::prelude::*;
 
 /// A quantity of every node to which particles scatter, and the tile that collects it.
 pub(crate) trait Target<const D: usize>: Copy + Send + Sync {
-    /// The tile.
-    type Tile: Send;
+    /// The tile's memory: sums of the quantity at its nodes.
+    type Sums: Send;
 
     /// An empty tile.
-    fn tile() -> Box<Self::Tile>;
+    fn tile() -> Box<Self::Sums>;
 
     /// Adds the particles of a chunk to a tile; `per_cell` is 1/h [1/m].
     fn collect(
-        tile: &mut Self::Tile,
+        tile: &mut Self::Sums,
         kernel: Kernel,
         frame: TileFrame<D>,
         places: &Places<D>,
@@ -34,12 +34,12 @@ pub(crate) trait Target<const D: usize>: Copy + Send + Sync {
     );
 
     /// Adds what a tile has collected from node `t` on to consecutive nodes, and clears it there.
-    fn add(nodes: &mut [Self], tile: &mut Self::Tile, t: usize, content: ScatterContent);
+    fn add(nodes: &mut [Self], tile: &mut Self::Sums, t: usize, content: ScatterContent);
 }
 
 /// Mass, momentum, force.
 impl<const D: usize> Target<D> for Node<D> {
-    type Tile = Tile;
+    type Sums = Tile;
 
     fn tile() -> Box<Tile> {
         Box::new([NodeRecord::default(); TILE_NODES])
@@ -77,7 +77,7 @@ impl<const D: usize> Target<D> for Node<D> {
 
 /// Momentum only.
 impl<const D: usize> Target<D> for Vector<D> {
-    type Tile = Tile;
+    type Sums = Tile;
 
     fn tile() -> Box<Tile> {
         Node::<D>::tile()
@@ -103,7 +103,7 @@ impl<const D: usize> Target<D> for Vector<D> {
 
 /// Two scalars.
 impl<const D: usize> Target<D> for [f64; 2] {
-    type Tile = ScalarTile;
+    type Sums = ScalarTile;
 
     fn tile() -> Box<ScalarTile> {
         Box::new([[0.0; 2]; TILE_NODES + 4])
@@ -309,7 +309,7 @@ impl<'a, T> SharedNodes<'a, T> {
 
     /// Adds the part `extent` of a block's tile and clears it.
     #[allow(unsafe_code)]
-    pub fn add<const D: usize>(&self, slots: &[u32], extent: &Extent, tile: &mut T::Tile, content: ScatterContent)
+    pub fn add<const D: usize>(&self, slots: &[u32], extent: &Extent, tile: &mut T::Sums, content: ScatterContent)
     where
         T: Target<D>,
     {

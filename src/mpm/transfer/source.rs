@@ -120,7 +120,7 @@ impl<'a, const D: usize> ScatterSource<'a, D> {
         flat && free
     }
 
-    /// Pressures that make forces [Pa]: with what averaging adds, above that of the atmosphere.
+    /// Pressures that make forces [Pa]: with what averaging adds, above that of the atmosphere (theory A.13).
     #[inline(always)]
     fn acting_pressure<L: Lanes>(&self, group: LaneGroup) -> L {
         let p = group.scalars::<L>(self.pressure).sub(L::splat(self.ambient));

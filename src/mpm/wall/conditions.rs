@@ -1,5 +1,5 @@
 //! Nodes and points of surfaces where walls and obstacles act, found anew when the active blocks or an obstacle have
-//! changed.
+//! changed (theory E.1, E.5).
 
 use super::surface::{SurfaceFoot, SurfacePoint};
 use super::{NodeCondition, Walls, constrain, gap};

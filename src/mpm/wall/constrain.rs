@@ -1,5 +1,5 @@
 //! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so
-//! that parts of them have nodes of their own.
+//! that parts of them have nodes of their own (theory E.1, E.4, E.7).
 
 use super::gap::BodiesAtWalls;
 use super::{FieldReaction, NodeCondition, Pushes, Walls};

@@ -1,4 +1,4 @@
-//! Walls of the domain: how the grid ends there, field by field.
+//! Walls of the domain: how the grid ends there, field by field (theory E.2).
 //!
 //! Walls lie on nodes, and most of them are the end of the grid: ghosts beyond follow the domain (`ghost`), conditions
 //! act at the nodes of the wall. That suits materials that fill the cells up to the wall, and walls that always bind. A

@@ -1,4 +1,4 @@
-//! Conditions on one velocity, by the kind of the wall.
+//! Conditions on one velocity, by the kind of the wall (theory E.1).
 
 use super::WallKind;
 use crate::math::Vector;

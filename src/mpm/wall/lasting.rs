@@ -1,4 +1,4 @@
-//! Contacts that last from one step to the next.
+//! Contacts that last from one step to the next (theory E.4).
 //!
 //! A wall that a body may leave stops what runs into it: the velocity v⁻ of a node whose gap closes is lost, ½ m
 //! (v⁻·ν)². A contact that held through the step before binds p⁻ as a slip wall does, while p̄ goes into the wall:

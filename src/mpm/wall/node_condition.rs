@@ -1,4 +1,4 @@
-//! A node at which a wall or an obstacle acts.
+//! A node at which a wall or an obstacle acts (theory E.1).
 
 use crate::math::Vector;
 

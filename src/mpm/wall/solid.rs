@@ -1,4 +1,5 @@
-//! Walls and obstacles in contact with membranes: rigid surfaces with a distance, a normal, a velocity and friction.
+//! Walls and obstacles in contact with membranes: rigid surfaces with a distance, a normal, a velocity and friction
+//! (theory E.10).
 
 use super::{WallKind, WallOrObstacle, WallWork, Walls};
 use crate::math::Vector;

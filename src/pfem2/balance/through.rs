@@ -1,4 +1,4 @@
-//! Energy and momentum that the flow carries through open boundaries.
+//! Energy and momentum that the flow carries through open boundaries (theory F.13).
 //!
 //! ```text
 //! energy     −∮ ½ρ |v|² v·n dA          momentum     −∮ ρ v v·n dA          into the mesh, per second

@@ -1,4 +1,4 @@
-//! The nodes that are held, and the directions in which they are.
+//! The nodes that are held, and the directions in which they are (theory F.9).
 
 use super::{BoundaryKind, BoundarySetup};
 use crate::math::{Tensor, Vector};

@@ -1,4 +1,4 @@
-//! Conditions on the boundary of the mesh, per set of facets.
+//! Conditions on the boundary of the mesh, per set of facets (theory F.9).
 //!
 //! ```text
 //! wall, inlet      v = v̄(x, t) at the nodes

@@ -1,4 +1,4 @@
-//! Conditions that must hold after a step; the first violation stops the run with its place and advice.
+//! Conditions that must hold after a step; the first violation stops the run with its place and advice (theory F.14).
 
 use crate::error::{Place, StepError};
 use crate::parallel;

@@ -104,8 +104,8 @@ fn side<const N: usize>(level: &[f64; N], own: &[usize], other: &[usize]) -> Vec
     match (own, other) {
         // A corner: a node and the edge points around it.
         (&[a], _) => vec![std::array::from_fn(|k| if k == 0 { node(a) } else { cut(a, other[k - 1]) })],
-        // What a corner leaves, and a tetrahedron between two edges: a prism (a quadrilateral in 2D) between
-        // lateral edges.
+        // The rest beside a corner and, below, the part of a tetrahedron at one edge: a prism (a quadrilateral in 2D)
+        // between lateral edges.
         (_, &[a]) => {
             let lower: Vec<_> = own.iter().map(|&i| cut(a, i)).collect();
             let upper: Vec<_> = own.iter().map(|&i| node(i)).collect();

@@ -1,4 +1,4 @@
-//! The shear rate of an element, on which viscosity may depend.
+//! The shear rate of an element, on which viscosity may depend (theory F.8).
 
 use crate::math::{Tensor, Vector};
 

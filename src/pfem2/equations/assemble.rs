@@ -1,5 +1,5 @@
 //! The system of a step: every row gathers the blocks of the elements around its node, in ascending order
-//! (theory F.6, F.15).
+//! (theory F.6, F.15, G.8).
 //!
 //! No element matrix is stored: a block of [`element::block`] costs about as much as loading it. Rows are made in
 //! parallel, each by one thread in a fixed order, so the values have the same bits for any number of threads. The

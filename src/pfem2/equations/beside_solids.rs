@@ -20,7 +20,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let of = |cut: usize| {
             let e = immersed.cut.elements[cut].element as usize;
             match phases.filling(&self.mesh.elements()[e]) {
-                Filling::Cut(pair, level) => self.two_fluids(&region, e, (pair, level), &drives.drive(e, true)),
+                Filling::Cut(pair, level) => self.two_fluids(&region, e, pair, level, &drives.drive(e, true)),
                 Filling::Pure(_) | Filling::Mixed(_) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
             }
         };
@@ -67,7 +67,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         &self,
         region: &FluidRegion<D, N>,
         e: usize,
-        (pair, level): ([usize; 2], [f64; N]),
+        pair: [usize; 2],
+        level: [f64; N],
         drive: &Drive<D, N>,
     ) -> FluidPart<D, N> {
         let media =

@@ -37,7 +37,7 @@ pub fn press<const D: usize, const N: usize>(
 }
 
 /// ∮F N_j n_f dA of the slip facets of a cut element [m²], for each function F of the enriched pressure: a column of
-/// K_se.
+/// K_se (theory G.8).
 pub fn press_enriched<const D: usize, const N: usize>(
     cut: &CutGeometry<N>,
     enrichment: Enrichment,

@@ -1,4 +1,4 @@
-//! The mesh stage of a step: from convected velocities and phases to velocity and pressure at the nodes.
+//! The mesh stage of a step: from convected velocities and phases to velocity and pressure at the nodes (theory F.6).
 //!
 //! ```text
 //! M (v − v̂)/Δ + K v − Dᵀ p = M b + t̄ + surface tension,     D v + C p = τ V g·s,     Δ = θ Δt

@@ -1,4 +1,5 @@
-//! The interfaces between fluids: the level set, the shares of fluids, and what flows in (theory G).
+//! The interfaces between fluids: the level set, the shares of fluids, and what flows in (theory G.1 to
+//! G.10).
 //!
 //! ```text
 //! level_set         φ at the nodes, negative in one of two fluids                    Becker (37), theory G.2–G.6

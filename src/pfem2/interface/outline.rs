@@ -1,5 +1,5 @@
-//! The interfaces between fluids as a surface, so that probes, pictures and files can show where they are:
-//! the segments (2D) or triangles (3D) in which the level set vanishes.
+//! The interfaces between fluids as a surface, so that probes, pictures and files can show where they are: the segments
+//! (2D) or triangles (3D) in which the level set vanishes (theory G.1).
 
 use crate::math::Vector;
 use crate::pfem2::cut_element::{at_corners, facets, inner};

@@ -1,5 +1,6 @@
-//! Solids on particles, as the paper has them (Becker, Idelsohn & Oñate 2015; theory K): particles carry deviator and
-//! pressure of a rate law, and the velocity and pressure of the fixed mesh are those of fluid and solid in one system.
+//! Solids on particles, as the paper has them (Becker, Idelsohn & Oñate 2015; theory K.1 to K.6): particles carry
+//! deviator and pressure of a rate law, and the velocity and pressure of the fixed mesh are those of fluid and solid in
+//! one system.
 //!
 //! ```text
 //! 1 turn     σ'_p ← Q σ'_p Qᵀ with the spin of vⁿ                          Becker (16), theory (K.3)
@@ -11,7 +12,7 @@
 //!            a_p = δv_p/Δt
 //! ```
 //!
-//! `solid` has what is better: solids on meshes of their own (theory J). This is the preset of the paper, to compare
+//! `solid` has what is better: solids on meshes of their own (theory J.1). This is the preset of the paper, to compare
 //! with.
 //!
 //! ```text

@@ -128,7 +128,7 @@ fn forces_on_particle_solids<const D: usize, const N: usize>(
     })
 }
 
-/// The mesh with what its nodes know.
+/// The mesh with its nodal fields: velocity, pressure, density, vorticity, and the level set if there is one.
 fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
     let system = &pfem.system;
     let mut node_fields = vec![
@@ -333,7 +333,7 @@ fn moved<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> BalanceTerm {
 }
 
 fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u64)> {
-    // What was found for the start is no step.
+    // Solutions for the start belong to no step.
     let started = pfem.steps > 0;
     let counts = [
         ("particles", pfem.particles.columns.len() as u64),

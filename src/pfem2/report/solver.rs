@@ -1,4 +1,4 @@
-//! The method as a solver that the time loop steps.
+//! The method as a solver that the time loop steps (theory H.1, H.9).
 
 use super::{checkpoint, snapshot};
 use crate::error::StepError;

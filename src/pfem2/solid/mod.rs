@@ -1,4 +1,5 @@
-//! Elastic and rigid solids in the system of velocity and pressure, on Lagrangian meshes of their own (theory J).
+//! Elastic and rigid solids in the system of velocity and pressure, on Lagrangian meshes of their own (theory
+//! J.1 to J.4).
 //!
 //! ```text
 //! Δ = θ Δt,   û = uⁿ + Δt (β₁ vⁿ + β₂ vⁿ⁻¹),   v̂ = vⁿ + Δt (β₁ aⁿ + β₂ aⁿ⁻¹),   u* = uⁿ + Δt v*

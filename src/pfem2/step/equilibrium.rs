@@ -85,7 +85,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             if since > STALLED {
                 return Err(self.never_at_rest(iteration));
             }
-            // What was found so far isn't used.
+            // The state found so far isn't used.
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(iteration);
             }

@@ -117,7 +117,7 @@ fn a_block_that_falls_on_another_rests_half_an_element_above_it() {
 fn contacts_leave_the_momentum_of_a_pair() {
     let left = block([[0.2, 0.4], [0.45, 0.6]], [4, 2], 1e6, 0.3, [1.0, 0.0]);
     let right = block([[0.5, 0.43], [0.75, 0.63]], [3, 2], 1e6, 0.3, [-1.0, 0.3]);
-    // What the gas gives is a small part of the momentum that a step solves for.
+    // The gas gives a small part of the momentum that a step solves for.
     let mut pfem = in_fluid_within(1e-12, Structure::new(vec![left, right]).unwrap(), gas([0.0; 2]));
     let (dt, mut largest) = (5e-4, 0.0f64);
     for k in 0..60 {
@@ -366,7 +366,7 @@ fn a_column_is_compressed_at_its_foot_without_contact() {
 /// half as thick as an element. They fall as the closed form says where the fluid doesn't count, and rise where it
 /// carries them.
 #[test]
-fn extreme_solids_run() {
+fn solids_of_extreme_stiffness_density_and_thickness_fall_and_rise() {
     let fall = |density: f64, fluid_density: f64, young: f64, height: f64| {
         let mut own = block([[0.3, 0.5], [0.6, 0.5 + height]], [3, 2], young, 0.0, [0.0; 2]);
         own.law = match young == 0.0 {

@@ -55,7 +55,15 @@ fn on_a_mesh(stabilisation: Stabilisation, scheme: Scheme, surface: SurfaceCondi
     let mesh = shaken(&mesh, 1.0 / cells as f64);
     let square = SolidMesh::block(Vector::splat(-0.2), Vector::splat(0.2), [2, 2]).unwrap();
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
-    swinging(mesh, square, sets, (stabilisation, Mass::Consistent, scheme, surface), 0.4)
+    swinging(mesh, square, sets, Choice { stabilisation, mass: Mass::Consistent, scheme, surface }, 0.4)
+}
+
+/// The choices of a case that added mass and damping depend on.
+struct Choice {
+    stabilisation: Stabilisation,
+    mass: Mass,
+    scheme: Scheme,
+    surface: SurfaceCondition,
 }
 
 /// Added mass and damping of a rigid square of a side [m] that swings in a mesh.
@@ -63,7 +71,7 @@ fn swinging(
     mesh: Mesh<2, 3>,
     square: SolidMesh<2>,
     sets: Vec<BoundarySetup<2>>,
-    (stabilisation, mass, scheme, surface): (Stabilisation, Mass, Scheme, SurfaceCondition),
+    Choice { stabilisation, mass, scheme, surface }: Choice,
     side: f64,
 ) -> [f64; 2] {
     let swing = formula(&format!("{SPEED:e}*sin(t)"));
@@ -101,13 +109,8 @@ fn fitted_to_the_mesh(stabilisation: Stabilisation) -> [f64; 2] {
     let line: Vec<f64> = half[1..].iter().rev().map(|x| -x).chain(half.iter().copied()).collect();
     let mesh = Mesh::<2, 3>::lattice(&[line.clone(), line], crate::mesh::CellCut::Mirrored).unwrap();
     let square = SolidMesh::block(Vector::splat(-0.5), Vector::splat(0.5), [4, 4]).unwrap();
-    swinging(
-        mesh,
-        square,
-        Vec::new(),
-        (stabilisation, Mass::Lumped, Scheme::BackwardEuler, SurfaceCondition::NoSlip),
-        1.0,
-    )
+    let (scheme, surface) = (Scheme::BackwardEuler, SurfaceCondition::NoSlip);
+    swinging(mesh, square, Vec::new(), Choice { stabilisation, mass: Mass::Lumped, scheme, surface }, 1.0)
 }
 
 /// Published (own finite elements, body-fitted, lumped masses): added mass and damping of a square in a box of seven of

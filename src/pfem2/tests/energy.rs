@@ -114,7 +114,7 @@ fn the_notice_of_numerical_dissipation_comes_once_also_in_a_resumed_run() {
 /// its lines: a fluid that sticks to it loses all of the work of the supports to viscosity, most of it in elements that
 /// the block cuts.
 #[test]
-fn what_draws_a_solid_through_oil_is_lost_to_viscosity() {
+fn the_work_that_draws_a_solid_through_oil_is_viscous_dissipation() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
     let lower = Vector([0.391, 0.387]);
     let block = SolidMesh::block(lower, lower + Vector::splat(0.22), [4; 2]).unwrap();
@@ -141,7 +141,7 @@ fn what_draws_a_solid_through_oil_is_lost_to_viscosity() {
 /// linear, as the pressure of the mesh is, so that gravity changes neither the flow nor what errors take. It does the
 /// fluid minus the work of Archimedes' force, which the support and gravity on the block have between them.
 #[test]
-fn gravity_changes_nothing_of_what_errors_take_beside_a_solid() {
+fn gravity_does_not_change_the_numerical_dissipation_beside_a_solid() {
     let drawn = |gravity: f64, surface: SurfaceCondition| -> [f64; 4] {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
         let lower = Vector([0.391, 0.487]);

@@ -1,4 +1,4 @@
-//! Solids between water and air against closed forms.
+//! Solids between water and air against closed forms (theory G.14).
 
 use super::*;
 use crate::material::{Elastic, StVenantKirchhoff};

@@ -82,7 +82,7 @@ fn springs_close_the_momentum_of_solids() {
 /// A rigid block that is shaken: on what drives it the force is its weight and that of the fluid less m a, with m of
 /// 60 kg; the moment about a point is that of a force in its middle, as the fluid, next to nothing here, has none.
 #[test]
-fn what_shakes_a_rigid_block_bears_its_inertia() {
+fn the_support_force_of_a_shaken_rigid_block_is_its_weight_less_its_inertia() {
     let (dt, steps) = (0.002, 50);
     let mut shaken = block(0.0, false, [0.0; 2]);
     let velocity = [Some(formula("0.5*t^2")), Some(Signal::ZERO), None];

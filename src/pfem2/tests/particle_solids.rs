@@ -461,7 +461,7 @@ fn the_whole_step_bends_a_cantilever_as_far() {
     }
     let error = moved / deflection(length, LOAD) - 1.0;
     assert!((error / -0.059 - 1.0).abs() < 0.2, "{error}");
-    // What is left of the energy that gravity gave is in the strain: half of it, at rest.
+    // The energy from gravity that is left is in the strain: half of it, at rest.
     let strain = pfem.balance.strain.unwrap();
     assert!(strain.last > 0.0 && strain.gained() > 0.0);
 }

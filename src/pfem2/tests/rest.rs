@@ -1,4 +1,4 @@
-//! Fluids at rest stay at rest.
+//! Fluids at rest stay at rest (theory G.9).
 
 use super::*;
 use crate::pfem2::Pfem2;
@@ -12,8 +12,10 @@ const GRAVITY: f64 = 9.81;
 /// largest speed after a step, over g Δt. Theory G.9.
 fn stirred<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    (normal, offset): (Vector<D>, f64),
-    (enrichment, mass): (Enrichment, Mass),
+    normal: Vector<D>,
+    offset: f64,
+    enrichment: Enrichment,
+    mass: Mass,
     condition: Condition<D>,
 ) -> f64 {
     let (g, dt) = (9.81, 0.01);
@@ -44,7 +46,7 @@ fn two_fluids_of_ratio_1000_stay_at_rest_wherever_the_interface_cuts() {
         for offset in offsets::<2>(mesh.nodes()[30].dot(normal)) {
             for enrichment in [Enrichment::Kink, Enrichment::Jump] {
                 for condition in [Condition::Slip, Condition::wall()] {
-                    let speed = stirred(&mesh, (normal, offset), (enrichment, Mass::default()), condition);
+                    let speed = stirred(&mesh, normal, offset, enrichment, Mass::default(), condition);
                     assert!(speed < 1e-10, "{normal:?} {offset} {enrichment:?}: {speed:e}");
                 }
             }
@@ -58,7 +60,7 @@ fn two_fluids_of_ratio_1000_stay_at_rest_in_three_dimensions() {
     for normal in [Vector([0.0, 0.0, 1.0]), Vector([0.48, 0.6, 0.64])] {
         let node = mesh.nodes()[37].dot(normal);
         for offset in offsets::<3>(node) {
-            let speed = stirred(&mesh, (normal, offset), (Enrichment::Kink, Mass::default()), Condition::Slip);
+            let speed = stirred(&mesh, normal, offset, Enrichment::Kink, Mass::default(), Condition::Slip);
             assert!(speed < 1e-10, "{normal:?} {offset}: {speed:e}");
         }
     }
@@ -124,11 +126,12 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
     let normal = Vector([0.6, 0.8]);
     for offset in offsets::<2>(egg().nodes()[30].dot(normal)) {
         for enrichment in [Enrichment::Kink, Enrichment::Jump] {
-            let speed = stirred(&egg(), (normal, offset), (enrichment, Mass::default()), Condition::Slip);
+            let speed = stirred(&egg(), normal, offset, enrichment, Mass::default(), Condition::Slip);
             assert!(speed < 1e-10, "{offset} {enrichment:?}: {speed:e}");
         }
     }
-    let speed = stirred(&cushion(), (Vector([0.48, 0.6, 0.64]), 0.7), Default::default(), Condition::Slip);
+    let speed =
+        stirred(&cushion(), Vector([0.48, 0.6, 0.64]), 0.7, Enrichment::default(), Mass::default(), Condition::Slip);
     assert!(speed < 1e-10, "{speed:e}");
 }
 
@@ -136,7 +139,7 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
 #[test]
 fn two_fluids_at_rest_fall_without_enrichment() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap();
-    let speed = stirred(&mesh, (Vector([0.0, 1.0]), 0.613), (Enrichment::None, Mass::Lumped), Condition::Slip);
+    let speed = stirred(&mesh, Vector([0.0, 1.0]), 0.613, Enrichment::None, Mass::Lumped, Condition::Slip);
     assert!((0.9..1.05).contains(&speed), "{speed}");
 }
 

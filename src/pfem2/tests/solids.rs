@@ -122,7 +122,7 @@ fn a_solid_as_heavy_as_the_water_hovers() {
     assert!((force[1] / weight - 1.0).abs() < 0.01 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
     let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
     assert!((cut / volume - 1.0).abs() < 0.01, "{cut} {volume}");
-    // What the corners lack of buoyancy lets it sink.
+    // It sinks by the buoyancy that the corners lack.
     let fall = 9.81 * 0.2 * (1.0 - cut / volume).abs();
     assert!(fastest(&pfem.system.velocity) < 2.0 * fall, "{} {fall}", fastest(&pfem.system.velocity));
 }

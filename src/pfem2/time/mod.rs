@@ -1,4 +1,4 @@
-//! The length of steps (theory H).
+//! The length of steps (theory H.1 to H.8).
 //!
 //! ```text
 //! vibration      vibrations of solids, weak ones of which shorten no step                   theory H.5

@@ -1,4 +1,5 @@
-//! The particles of a run with the rules that move, add and correct them, and counts of what happened to them.
+//! The particles of a run with the rules that move, add and correct them, and counts of what happened to them (theory
+//! F.2).
 
 use super::interface::InterfaceTracking;
 use crate::math::Vector;

@@ -1,4 +1,4 @@
-//! Forces between two rows of a history: F̄ = Σ Δt F/Σ Δt over the steps since the row before.
+//! Forces between two rows of a history: F̄ = Σ Δt F/Σ Δt over the steps since the row before (theory H.10).
 //!
 //! A row may lie within a step, a time r before its end: F Δt of that step is parted at it.
 //!

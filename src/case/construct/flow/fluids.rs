@@ -278,7 +278,7 @@ pub(super) fn sharp<const D: usize, const N: usize>(
 ) -> Option<LevelSet> {
     let [first, second] = fluids else { return None };
     let heavy = u8::from(second.density > first.density);
-    // Where regions overlap the first one counts: the interface is its surface.
+    // Of regions that overlap the first one counts: the interface is its surface.
     let sign = if heavy == 0 { 1.0 } else { -1.0 };
     let phi = |x: Vector<D>| sign * bodies[0].region.signed_distance(x.to3());
     (spec.interface == InterfaceSpec::Sharp).then(|| LevelSet::new(mesh, heavy, phi, particles))

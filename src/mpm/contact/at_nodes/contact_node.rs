@@ -1,4 +1,5 @@
-//! A grid node that a sheet shares with bodies, and the contact of each body with the sheet there during the step.
+//! A grid node that a sheet shares with bodies, and the contact of each body with the sheet there during the step
+//! (theory D.2, D.4, D.8).
 
 use crate::math::Vector;
 use crate::mpm::SubStep;

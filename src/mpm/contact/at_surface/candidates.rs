@@ -1,4 +1,4 @@
-//! Candidates for contact: particles of a body, or points on its skin, near a sheet, and their sides.
+//! Candidates for contact: particles of a body, or points on its skin, near a sheet, and their sides (theory D.3, D.9).
 
 use crate::geometry::SkinPoint;
 use crate::math::Vector;

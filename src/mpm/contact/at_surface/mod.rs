@@ -260,7 +260,7 @@ fn relabel<const D: usize>(labels: &mut Labels, candidate: &Candidate<D>, step: 
     (label.side, label.crossed && old.is_none_or(|old| !old.crossed))
 }
 
-/// With what a contact begins besides its candidate.
+/// Initial data of a contact besides its candidate.
 struct ContactStart {
     /// Gap at the start of the step [m].
     gap: f64,

@@ -111,14 +111,14 @@ impl<const D: usize> SurfaceContact<D> {
     }
 
     /// True if a wall or an obstacle that holds a node of the sheet would release it under the change `delta` of the
-    /// impulse [N s]: M is larger while it is held.
+    /// impulse [N s]: M is larger while it is held (theory E.10).
     fn releases(&self, rigid: &RigidContacts<D>, delta: Vector<D>) -> bool {
         let mut nodes = self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0);
         delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.releases(k as usize, delta * -weight))
     }
 
-    /// Improves the impulse for the relative velocity `w` [m/s] where walls and obstacles may hold the sheet; returns
-    /// its change [N s].
+    /// Improves the impulse for the relative velocity `w` [m/s] where walls and obstacles may hold the sheet (theory
+    /// E.10); returns its change [N s].
     pub fn improve_where_held(
         &mut self,
         w: Vector<D>,

@@ -216,7 +216,7 @@ mod tests {
 
     /// On a symmetry plane the normal lies in the plane; a single body has no plane.
     #[test]
-    fn symmetry_and_absence_are_respected() {
+    fn a_normal_lies_in_a_symmetry_plane_and_a_single_body_has_no_plane() {
         let point = |x, y, second| NodeParticle {
             position: Vector([x, y]),
             shape: Tensor::identity() * 0.1,

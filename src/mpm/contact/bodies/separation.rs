@@ -1,5 +1,5 @@
 //! The plane of widest margin between two clouds of points: it halves the shortest line between their convex hulls
-//! (Bennett & Bredensteiner 2000), which the algorithm of Gilbert, Johnson & Keerthi (1988) finds.
+//! (Bennett & Bredensteiner 2000), which the algorithm of Gilbert, Johnson & Keerthi (1988) finds (theory D.14).
 //!
 //! ```text
 //! v = argmin |v|,  v in hull{b} − hull{a}:     a simplex S of differences b − a grows by the support point

@@ -3,8 +3,12 @@
 //!
 //! ```text
 //! w = Σ_K W_K v_K − v_w,   g = φ(x) − ½ t |n·ν|,   a = max(g, 0)/Δt        φ: distance, n = ∇φ, ν: normal of the sheet
-//! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K += W_K J/m_K
+//! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K ← v_K + W_K J/m_K
 //! ```
+//!
+//! J acts on the sheet here, along n from the solid to the sheet, and the solid gets −J. In contact with bodies J acts
+//! on the body, along n from the sheet to the body, and the sign for the sheet turns: v_K ← v_K − W_K J/m_K (theory
+//! (D.20)).
 //!
 //! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, restitution is
 //! zero, and there is no adhesion. The sheet's edge counts with its thickness only as far as it lies along the
@@ -138,7 +142,7 @@ impl<const D: usize> RigidContacts<D> {
         solids
     }
 
-    /// Lists what is near to walls and obstacles: nodes, and points of elements over what isn't flat.
+    /// Lists the contacts near walls and obstacles: at nodes and, over curved or sharp surfaces, at points of elements.
     fn find_contacts(
         &mut self,
         walls: &Walls<D>,

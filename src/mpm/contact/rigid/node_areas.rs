@@ -1,4 +1,4 @@
-//! Nodes of a sheet, and points of its elements, near a wall or an obstacle.
+//! Nodes of a sheet, and points of its elements, near a wall or an obstacle (theory E.10).
 
 use super::REACH;
 use super::contact_point::RigidContact;

@@ -1,5 +1,5 @@
 //! A membrane as all methods of contact know it: points and distances (`closest_point`, `signed_distance`), and
-//! the sides of it on which particles are (`sides`, `guard`); theory D.3, D.12.
+//! the sides of it on which particles are (`sides`, `guard`); theory D.3, D.12, E.10.
 //!
 //! ```text
 //! x_c = Σ_K W_K x_K,   ΣW_K = 1,      d = ±|x − x_c|                closest point and signed distance of x

@@ -1,4 +1,4 @@
-//! Sides of a sheet on which particles are, from step to step.
+//! Sides of a sheet on which particles are, from step to step (theory D.3).
 
 /// Sides of the particles of one body with respect to one sheet, by identity, as found in the last step in which each
 /// was near.

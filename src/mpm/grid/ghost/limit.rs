@@ -96,7 +96,7 @@ mod tests {
     /// Rows that material fills, ordered or not, are extrapolated from in full; under a film of two particles per cell,
     /// one cell thick, a fifth is; and under a single row of particles, nothing.
     #[test]
-    fn full_rows_extrapolate_and_a_film_does_not() {
+    fn ghosts_extrapolate_in_full_from_filled_rows_and_in_part_from_a_film() {
         for kernel in smooth() {
             let column = |count: usize, shift: f64| -> Vec<f64> {
                 (0..count).map(|k| 0.25 + 0.5 * k as f64 + shift * (-1.0_f64).powi(k as i32)).collect()

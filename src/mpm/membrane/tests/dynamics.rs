@@ -1,4 +1,4 @@
-//! Waves, vibration and free flight.
+//! Waves, vibration and free flight (theory C.12).
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Membranes under pressure against exact shapes.
+//! Membranes under pressure against exact shapes (theory C.12).
 
 use super::*;
 use std::collections::HashMap;

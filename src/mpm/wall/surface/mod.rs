@@ -68,7 +68,7 @@ const ROUNDS: usize = 4;
 /// The most that tilting changes a weight, relative to it.
 const TILT: f64 = 0.9;
 
-/// The number of what is absent.
+/// Stands for the number of a grid node that is not among the nodes of the supports.
 const NONE: u32 = u32::MAX;
 
 /// The points of obstacles' surfaces with conditions for a field during a step.

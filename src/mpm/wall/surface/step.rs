@@ -1,4 +1,4 @@
-//! The stages of a step at the points of obstacles' surfaces, in their order.
+//! The stages of a step at the points of obstacles' surfaces, in their order (theory E.5, E.6, E.7).
 
 use super::{ImpulseIterate, ImpulseLaw, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;

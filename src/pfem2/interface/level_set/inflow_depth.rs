@@ -113,7 +113,7 @@ impl LevelSet {
         let fluid = if held < 0.0 { self.inside } else { self.outside() };
         let near = self.sign(fluid) * value(mesh, place, &entering.distance);
         let farther = -self.sign(fluid) * slope.dot(way);
-        // What came in before the step is inside, and may have come nearer.
+        // Fluid that came in before the step is inside, and may have come nearer.
         let outer = simplex.gradient[facet.opposite as usize].dot(way) >= 0.0;
         let least = if outer { 0.0 } else { -way.norm() };
         let seen = (near.max(0.0) + farther.clamp(least, way.norm())).clamp(0.0, self.band);

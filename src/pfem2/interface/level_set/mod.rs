@@ -105,7 +105,7 @@ impl LevelSet {
     ) -> Self {
         let level: Vec<f64> = parallel::collect(mesh.nodes().len(), 256, |node| phi(mesh.nodes()[node]));
         let interface = InterfacePolygons::new(mesh, &level);
-        // Where there is none yet, a fluid may still flow in.
+        // Without an interface yet, a fluid may still flow in.
         let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
         let band = BAND * edge;

@@ -1,4 +1,4 @@
-//! The first time at which a polynomial becomes negative.
+//! The first time at which a polynomial becomes negative (theory F.4).
 
 /// Terms of a Taylor polynomial: Σ a_m t^m, m < `TERMS`.
 pub(super) const TERMS: usize = 5;

@@ -1,4 +1,4 @@
-//! Eight streamlines at once: the same walk as `streamline`, element by element, in vector registers.
+//! Eight streamlines at once: the same walk as `streamline`, element by element, in vector registers (theory F.4).
 //!
 //! Of the shape functions of an element the first D are followed, λ, and the last goes with them:
 //!

@@ -198,8 +198,8 @@ fn shape_average<const D: usize, const N: usize>(
     average
 }
 
-/// Averages that are exact for linear fields (theory (G.24)), and those of what they don't show of the particles added
-/// to them (theory (G.24a)).
+/// Averages P v_p that are exact for linear fields (theory (G.24)), plus those of the residual v_p − Σ_j N_j v̂_j that
+/// they leave (theory (G.24a)).
 fn linear_averages<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     mut table: MomentTable<D, N>,

@@ -106,8 +106,8 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         &block.entries[block.start[e] as usize..block.start[e + 1] as usize]
     }
 
-    /// Takes what the nodes have of each group, interpolated, from the values of the particles: R_k ← R_k − Σ_l S_kl
-    /// f_l.
+    /// Subtracts nodal values f_l of each group, interpolated, from the values of its particles (theory (G.24a)):
+    /// R_k ← R_k − Σ_l S_kl f_l.
     pub fn subtract<const D: usize>(&mut self, mesh: &Mesh<D, N>, nodal: impl Fn(usize, usize) -> Vector<K> + Sync) {
         self.for_each(|e, entry| {
             let nodal = mesh.elements()[e].map(|node| nodal(entry.group as usize, node as usize));

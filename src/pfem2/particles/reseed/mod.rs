@@ -48,7 +48,7 @@ impl ParticleCounts {
     }
 }
 
-/// The state at the start of the step, from which new particles take their values.
+/// The state at the start of the step, from which new particles take their values (theory F.10).
 pub struct ParticleSource<'a, const D: usize, const N: usize> {
     /// The streamlines that the particles moved along.
     pub lines: &'a Streamlines<'a, D, N>,

@@ -102,9 +102,9 @@ impl ContactLaw {
 pub struct ContactCandidate<const D: usize> {
     /// Number of the point.
     pub point: usize,
-    /// c_i.
+    /// Nodes i with their coefficients c_i (theory J.8, J.9).
     pub shares: Vec<(u32, f64)>,
-    /// n, away from what is met.
+    /// Unit normal n of the wall or of the other surface, towards the point.
     pub normal: Vector<D>,
     /// d* [m].
     pub distance: f64,

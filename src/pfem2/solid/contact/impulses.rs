@@ -177,7 +177,7 @@ fn find_pushing<const D: usize>(rows: &mut [&mut ContactRow<D>], equations: &Rig
         if !settled {
             continue;
         }
-        // What stuck in the last step most likely does: from a solution that slides it would take many passes to find.
+        // A contact that stuck in the last step most likely sticks: from a solution that slides that takes many passes.
         for (row, [force, friction]) in rows.iter_mut().zip(found) {
             let friction = if is_smooth { row.friction_before(force) } else { friction };
             settled &= (friction - row.friction).abs() <= SETTLED * friction;

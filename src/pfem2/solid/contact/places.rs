@@ -1,4 +1,4 @@
-//! Places of the nodes of solids in a step, and the parts of surfaces that may touch something.
+//! Places of the nodes of solids in a step, and the parts of surfaces that may touch something (theory J.8).
 
 use crate::math::Vector;
 use crate::pfem2::solid::setup::SolidSetup;

@@ -157,7 +157,7 @@ impl<const D: usize> WallFacet<D> {
         let weights = closest_on_triangle(self.corners, x);
         let closest: Vector<D> = self.corners.iter().zip(weights).map(|(corner, weight)| *corner * weight).sum();
         let away = x - closest;
-        // What lies on the wall is not beside the facet, whatever rounding says.
+        // A point on the wall is not beside the facet, whatever rounding says.
         let away = if away.norm() > ROUNDING * self.gap { away } else { Vector::ZERO };
         let (distance, gap) = (away.norm(), self.gap);
         let side = away.dot(self.normal);

@@ -60,7 +60,7 @@ impl<const D: usize, const N: usize> PartGeometry<D, N> {
         std::array::from_fn(|k| point.iter().zip(&self.shapes).map(|(n, shape)| n * shape[k]).sum())
     }
 
-    /// Mean over its volume of what its pieces have.
+    /// Mean over its volume of a quantity that is constant in each of its pieces.
     pub fn mean(&self, of: impl Fn(&SubSimplex<N>) -> f64) -> f64 {
         self.pieces.iter().map(|piece| piece.share * of(piece)).sum()
     }

@@ -31,7 +31,7 @@ pub struct Immersed<const D: usize, const N: usize> {
     pub independent: Vec<f64>,
     /// Their convected velocity v̂ [m/s].
     pub velocity_hat: Vec<Vector<D>>,
-    /// Their equations, without what the fluid adds; none before the first step.
+    /// Their equations without the terms of the fluid; none before the first step.
     pub equations: Option<SolidEquations>,
     /// The largest density of elastic solids [kg/m³]; zero without one.
     pub density: f64,
@@ -90,7 +90,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         !matches!(self.cut.state[element], ElementState::Solid)
     }
 
-    /// Makes the equations of the cut elements, given what fills each.
+    /// Assembles the equations of the cut elements, given the fluids in each (theory J.3).
     pub fn fill(&mut self, mesh: &Mesh<D, N>, equations: &Equations, fluids: &[FluidPart<D, N>]) {
         let SolidCut { elements, points, .. } = &self.cut;
         let hat = &self.velocity_hat;
@@ -144,7 +144,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         Some(vertices.map(|(&mass, (position, velocity))| PointMass { mass, position, velocity }))
     }
 
-    /// Leaves in the content of an element what its fluid part holds.
+    /// Reduces the content of an element, masses and viscosity, to that of its fluid part.
     pub fn reduce(&self, element: usize, content: &mut Content<N>) {
         match self.cut.state[element] {
             ElementState::Fluid => {}
@@ -155,8 +155,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
-    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid, of their own
-    /// side of an interface, around them. `base` are the prescribed unknowns of the boundary.
+    /// Prescribes unknowns without an equation: velocities of nodes inside, and pressures of nodes with no fluid (of
+    /// their own side of an interface) around them. `base` are the prescribed unknowns of the boundary.
     pub fn constrain(&self, mesh: &Mesh<D, N>, base: &[u8], constraints: &mut Constraints<D, N>) {
         constraints.mask.copy_from_slice(base);
         for inside in &self.cut.inside {
@@ -183,8 +183,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
-    /// Sets the velocity of nodes inside to that of the solid there [m/s]; where the fluid glides along the surface,
-    /// with what it glides at the nodes outside, in the mean over the cut edges.
+    /// Sets the velocity of nodes inside to that of the solid there [m/s]; along surfaces with slip plus the tangential
+    /// velocity of the nodes outside relative to the solid, in the mean over the cut edges.
     pub fn extend(&self, solid: impl Fn(usize) -> Vector<D>, nodal: &mut [Vector<D>]) {
         for inside in &self.cut.inside {
             nodal[inside.node as usize] = inside.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
@@ -199,8 +199,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         gliding.into_iter().for_each(|(inside, (sum, count))| nodal[inside as usize] += sum / count);
     }
 
-    /// Mean over the fluid of a cut element of what velocities of nodes have gained on v̂ [m/s], where those
-    /// of the mesh have `gained`; zero without fluid.
+    /// Mean of v − v̂ over the fluid of a cut element [m/s], given its values `gained` at the nodes of the mesh; zero
+    /// without fluid.
     pub fn mean_of_fluid(&self, element: usize, gained: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
         let ElementState::Cut(place) = self.cut.state[element] else { return Vector::ZERO };
         let own = &self.cut.elements[place as usize];

@@ -1,4 +1,4 @@
-//! The boundary of the fluid parts of cut elements to solids: chords in the plane, triangles in space.
+//! The boundary of the fluid parts of cut elements to solids: chords in the plane, triangles in space (theory J.2).
 
 use super::{CutBySolid, ElementState, FluidSimplex, SolidCut, Vertex};
 use crate::math::Vector;

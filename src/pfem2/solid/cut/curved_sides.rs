@@ -31,7 +31,7 @@ const LEAST_COSINE: f64 = 0.3;
 /// of these with that mean, above which an edge of the solid is between.
 const SMOOTH: f64 = 0.3;
 
-/// What the chords at a cut point say of it.
+/// Sums over the chords at a cut point, for the volume between them and the surface.
 #[derive(Clone, Copy)]
 struct AtPoint<const D: usize> {
     /// Σ_f A_f times the mean distance of f [m³]; [m²] in 2D.
@@ -89,7 +89,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         at_points
     }
 
-    /// Where a cut point of an edge of the mesh goes; `None` if it stays.
+    /// The new place of a cut point of an edge of the mesh; `None` if it stays.
     fn moved(&self, mesh: &Mesh<D, N>, c: usize, at_point: &AtPoint<D>) -> Option<Vector<D>> {
         let point = &self.points[c];
         let [outside, inside] = point.edge?.map(|node| mesh.nodes()[node as usize]);

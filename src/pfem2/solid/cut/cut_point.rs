@@ -81,7 +81,8 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     surface: &SolidSurface<D>,
     conditions: &[SurfaceCondition],
     distance: &[f64],
-    (edge, body): ([u32; 2], usize),
+    edge: [u32; 2],
+    body: usize,
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
@@ -110,7 +111,7 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     }
 }
 
-/// Where an edge of some length [m] leaves the body of its node inside, and meets another one farther on.
+/// The place at which an edge of some length [m] leaves the body of its node inside; it meets another one farther on.
 fn own_crossing<const D: usize>(
     surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,

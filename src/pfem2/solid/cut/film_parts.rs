@@ -1,4 +1,4 @@
-//! The fluid part of an element that films cross, as simplices.
+//! The fluid part of an element that films cross, as simplices (theory J.2a).
 //!
 //! In the plane it is the polygon around the element, of nodes outside, cut points and corners of solids between these.
 //! In space it is the polyhedron between such polygons on the sides of the element and one polygon on the surface of

@@ -27,7 +27,7 @@ const LEAST_COSINE: f64 = 0.05;
 type FilmEdge<const D: usize> = ([u32; 2], [CutPoint<D>; 2]);
 
 /// A node inside, beside the surface.
-struct Side<const D: usize> {
+struct FilmSide<const D: usize> {
     position: Vector<D>,
     /// Its solid, or the first of those that are bonded.
     body: usize,
@@ -120,18 +120,18 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         edges
     }
 
-    fn side(&self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, node: u32) -> Option<Side<D>> {
+    fn side(&self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, node: u32) -> Option<FilmSide<D>> {
         let position = mesh.nodes()[node as usize];
         let foot = surface.foot(position)?;
         let (body, depth) = (self.body_at(surface, node)?, self.distance[node as usize].abs());
-        Some(Side { position, body, depth, normal: surface.normal(&foot)? })
+        Some(FilmSide { position, body, depth, normal: surface.normal(&foot)? })
     }
 }
 
 /// The ways from the ends of an edge of this length [m] along a unit vector to the surface [m].
 fn ways_to_surface<const D: usize>(
     surface: &SolidSurface<D>,
-    sides: [&Side<D>; 2],
+    sides: [&FilmSide<D>; 2],
     along: Vector<D>,
     length: f64,
 ) -> Option<[f64; 2]> {
@@ -141,7 +141,7 @@ fn ways_to_surface<const D: usize>(
         let faces = cosines.iter().all(|cosine| *cosine > LEAST_COSINE);
         return faces.then(|| [first.depth / cosines[0], second.depth / cosines[1]]);
     }
-    let way = |own: &Side<D>, other: &Side<D>| {
+    let way = |own: &FilmSide<D>, other: &FilmSide<D>| {
         let nearest = |x| surface.foot_on_body(own.body, x);
         let at = |t: f64| other.position + (own.position - other.position) * t;
         let ends = [nearest(at(0.0))?.distance, nearest(at(1.0))?.distance];
@@ -154,7 +154,7 @@ fn ways_to_surface<const D: usize>(
 fn film_between<const D: usize>(
     surface: &SolidSurface<D>,
     edge: [u32; 2],
-    sides: [&Side<D>; 2],
+    sides: [&FilmSide<D>; 2],
 ) -> Option<[CutPoint<D>; 2]> {
     let way = sides[1].position - sides[0].position;
     let length = way.norm();
@@ -178,7 +178,7 @@ fn film_between<const D: usize>(
 /// first, are `film_edge`.
 fn film_point<const D: usize>(
     surface: &SolidSurface<D>,
-    side: &Side<D>,
+    side: &FilmSide<D>,
     middle: Vector<D>,
     film_edge: [u32; 2],
     length: f64,

@@ -151,7 +151,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let (distance, own) = (&cut.distance, &cut);
         let point = |k: usize| {
             let body = own.body_at(surface, edges[k][1]).unwrap_or_default();
-            cut_point(mesh, surface, conditions, distance, (edges[k], body))
+            cut_point(mesh, surface, conditions, distance, edges[k], body)
         };
         cut.points = parallel::collect(edges.len(), PIECE, point);
         let films = cut.find_films(mesh, surface);

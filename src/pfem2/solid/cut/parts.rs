@@ -1,4 +1,4 @@
-//! The part of a cut element outside of solids as simplices.
+//! The part of a cut element outside of solids as simplices (theory J.2).
 //!
 //! One node outside leaves a corner, all but one, and two of a tetrahedron, a prism between edges (a quadrilateral in
 //! 2D). The global numbers of nodes choose the diagonals of its sides, the same in the element behind them.

@@ -1,5 +1,5 @@
 //! The fluid part of an element as a polygon, divided into triangles by clipping ears: of all ears the one of the best
-//! shape first.
+//! shape first (theory J.2).
 
 use super::{FluidSimplex, Vertex};
 use crate::math::Vector;

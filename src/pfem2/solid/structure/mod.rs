@@ -129,7 +129,7 @@ impl<const D: usize> Structure<D> {
         &self.setups
     }
 
-    /// Sets what the fluid does on the surface of a solid.
+    /// Sets the condition for the fluid on the surface of a solid: no slip, or slip (theory (J.6a)).
     pub fn set_surface(&mut self, solid: usize, surface: SurfaceCondition) {
         self.setups[solid].surface = surface;
     }

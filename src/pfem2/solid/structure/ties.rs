@@ -125,7 +125,7 @@ impl Ties {
         self.leaders.get(&node).map(Vec::as_slice)
     }
 
-    /// Gives the nodes that follow what their leaders have.
+    /// Sets the values of nodes that follow others, interpolated from those of their leaders: v_a = Σ_b N_b v_b.
     pub fn follow<const D: usize>(&self, nodal: &mut [Vector<D>]) {
         for (&node, leaders) in &self.leaders {
             nodal[node as usize] = leaders.iter().map(|&(leader, share)| nodal[leader as usize] * share).sum();

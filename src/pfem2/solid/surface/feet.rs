@@ -1,4 +1,4 @@
-//! The points of the facets around a place that are nearest to it, facet by facet: where solids may meet.
+//! The points of the facets around a place that are nearest to it, facet by facet: where solids may meet (theory J.9).
 
 use super::{NearestPoint, NodeWeights, SolidSurface, weights};
 use crate::math::Vector;

@@ -1,4 +1,5 @@
-//! Points of the surface in the plane: those of facets between cut points, with their nearest places on chords.
+//! Points of the surface in the plane: those of facets between cut points, with their nearest places on chords (theory
+//! J.3).
 
 use super::TracePoint;
 use crate::geometry::closest_on_triangle;

@@ -1,4 +1,5 @@
-//! Points of the surface in space: those of triangles between cut points, with their nearest places on the surface.
+//! Points of the surface in space: those of triangles between cut points, with their nearest places on the surface
+//! (theory J.3).
 //!
 //! ```text
 //! x(b) = Σ_i b_i (2 b_i − 1) f_i + Σ_{i<j} 4 b_i b_j f_ij,      n dA = ½ ∂x/∂b_1 × ∂x/∂b_2 / 3      f: feet on the surface

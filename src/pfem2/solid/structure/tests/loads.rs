@@ -77,7 +77,7 @@ fn a_ring_in_space_is_blown_up_alike() {
 /// Small widening with ν → ½ (Lamé, as in `a_thick_ring_of_nearly_incompressible_material_widens`): each value is its
 /// own closed form, and 0.5 continues the sequence.
 #[test]
-fn incompressible_rings_continue_the_sequence() {
+fn the_widening_of_rings_tends_to_that_of_an_incompressible_one() {
     let exact = |nu: f64| (1.0 + nu) * 1e-5 * 9.0 * ((1.0 - 2.0 * nu) * 3.0 + 27.0) / 72.0;
     let mut last = f64::INFINITY;
     for poisson in [0.49, 0.499, 0.4999, 0.5] {
