@@ -1,5 +1,7 @@
 //! Neighbours of elements.
 
+use crate::parallel::Groups;
+
 /// No element behind a facet.
 const NONE: u32 = u32::MAX;
 
@@ -17,9 +19,8 @@ pub struct Facet {
 pub(super) struct Topology<const N: usize> {
     neighbours: Vec<[u32; N]>,
     boundary: Vec<Facet>,
-    /// Elements around node n are `around[start[n]..start[n + 1]]`.
-    start: Vec<u32>,
-    around: Vec<u32>,
+    /// Elements around each node, ascending.
+    around: Groups,
 }
 
 impl<const N: usize> Topology<N> {
@@ -51,8 +52,8 @@ impl<const N: usize> Topology<N> {
             }
         }
         boundary.sort_unstable();
-        let (start, around) = elements_around(elements, nodes);
-        Ok(Self { neighbours, boundary, start, around })
+        let by_node = (0u32..).zip(elements).flat_map(|(element, nodes)| nodes.map(|node| (node, element)));
+        Ok(Self { neighbours, boundary, around: Groups::from_pairs(nodes, by_node) })
     }
 
     pub fn neighbour(&self, element: usize, k: usize) -> Option<usize> {
@@ -65,7 +66,7 @@ impl<const N: usize> Topology<N> {
     }
 
     pub fn around(&self, node: usize) -> &[u32] {
-        &self.around[self.start[node] as usize..self.start[node + 1] as usize]
+        self.around.of(node)
     }
 }
 
@@ -90,20 +91,4 @@ fn is_even<const N: usize>(elements: &[[u32; N]], facet: Facet) -> bool {
     let swaps = (0..nodes.len()).flat_map(|i| (i + 1..nodes.len()).map(move |j| (i, j)));
     let swaps = swaps.filter(|&(i, j)| nodes[i] > nodes[j]).count();
     (swaps + facet.opposite as usize).is_multiple_of(2)
-}
-
-/// Counting sort of the elements by node.
-fn elements_around<const N: usize>(elements: &[[u32; N]], nodes: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut start = vec![0u32; nodes + 1];
-    elements.iter().flatten().for_each(|&node| start[node as usize + 1] += 1);
-    (0..nodes).for_each(|node| start[node + 1] += start[node]);
-    let mut next = start.clone();
-    let mut around = vec![0; elements.len() * N];
-    for (element, nodes) in (0u32..).zip(elements) {
-        for &node in nodes {
-            around[next[node as usize] as usize] = element;
-            next[node as usize] += 1;
-        }
-    }
-    (start, around)
 }

@@ -1,6 +1,7 @@
 //! The nodes of each element, and the element corners at each node.
 
 use super::lanes::LANES;
+use crate::parallel::Groups;
 use std::ops::Range;
 
 /// Elements of a membrane in blocks of equal shape: quadrilaterals first, then triangles, then segments.
@@ -10,10 +11,8 @@ pub struct MembraneElements {
     offset: Vec<u32>,
     /// Nodes, element by element: one entry per corner.
     nodes: Vec<u32>,
-    /// Start of each node in `corners`; one more entry than nodes.
-    corner_offset: Vec<u32>,
     /// Corners (indices into `nodes`) that meet at each node, ascending.
-    corners: Vec<u32>,
+    corners: Groups,
     /// Numbers of elements with 4, 3 and 2 nodes.
     counts: [usize; 3],
     /// Quadrature points of a quadrilateral.
@@ -30,8 +29,8 @@ impl MembraneElements {
             nodes.extend_from_slice(element);
             offset.push(nodes.len() as u32);
         }
-        let (corner_offset, corners) = meeting_corners(&nodes, node_count);
-        Self { offset, nodes, corner_offset, corners, counts: [4, 3, 2].map(|n| of_size(n).count()), points }
+        let corners = Groups::from_pairs(node_count, nodes.iter().copied().zip(0..));
+        Self { offset, nodes, corners, counts: [4, 3, 2].map(|n| of_size(n).count()), points }
     }
 
     /// Number of elements.
@@ -63,7 +62,7 @@ impl MembraneElements {
     /// Corners that meet at `node`, ascending.
     #[inline(always)]
     pub(super) fn corners(&self, node: usize) -> &[u32] {
-        &self.corners[self.corner_offset[node] as usize..self.corner_offset[node + 1] as usize]
+        self.corners.of(node)
     }
 
     /// The element that a corner belongs to.
@@ -107,21 +106,4 @@ impl MembraneElements {
     pub(super) fn counts(&self) -> [usize; 3] {
         self.counts
     }
-}
-
-/// Counting sort of the corners by node.
-fn meeting_corners(nodes: &[u32], node_count: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut offset = vec![0u32; node_count + 1];
-    for &node in nodes {
-        offset[node as usize + 1] += 1;
-    }
-    for node in 0..node_count {
-        offset[node + 1] += offset[node];
-    }
-    let (mut next, mut corners) = (offset.clone(), vec![0u32; nodes.len()]);
-    for (corner, &node) in nodes.iter().enumerate() {
-        corners[next[node as usize] as usize] = corner as u32;
-        next[node as usize] += 1;
-    }
-    (offset, corners)
 }
