@@ -225,12 +225,13 @@ fn a_block_that_friction_holds_does_not_creep() {
 fn water_rests_around_a_rigid_block_that_lies_on_the_floor() {
     let mut own = block([[0.31, GAP], [0.69, GAP + 0.22]], [4, 2], 0.0, 0.3, [0.0; 2]);
     own.law = Box::new(Rigid { density: 2500.0 });
-    let water = Physics { fluids: vec![fluid("water", 1000.0, 1e-3).into()], ..gas([0.0, -9.81]) };
+    let water = Physics { fluids: vec![fluid("water", 1000.0, 1e-3)], ..gas([0.0, -9.81]) };
     let mut pfem = in_fluid(Structure::new(vec![own]).unwrap(), water);
     for k in 0..100 {
         pfem.step(f64::from(k) * 0.002, 0.002).unwrap();
         let fastest = pfem.system.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        assert!(fastest < 1e-4 * 9.81 * 0.002 * f64::from(k + 10), "{k}: {fastest}");
+        // In the first steps the block settles.
+        assert!(k < 9 || fastest < 1e-4 * 9.81 * 0.002 * f64::from(k + 1), "{k}: {fastest}");
     }
 }
 

@@ -7,8 +7,11 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 
-/// A node in a solid.
+/// An element in a solid.
 const SOLID: usize = usize::MAX;
+
+/// Parts of fewer elements are corners and films.
+const FEWEST: usize = 10;
 
 impl Construction<'_> {
     /// Notes where solids close off a part of the fluid that nothing opens: fluids are incompressible, and motions that
@@ -23,21 +26,22 @@ impl Construction<'_> {
             return;
         }
         let (part, count) = parts(mesh, |x| solid_at(solids, x).is_some());
-        if count < 2 {
+        let elements_of = |k: usize| (0..part.len()).filter(|&e| part[e] == k).collect::<Vec<_>>();
+        let large: Vec<(usize, Vec<usize>)> =
+            (0..count).map(|k| (k, elements_of(k))).filter(|(_, own)| own.len() >= FEWEST).collect();
+        if large.len() < 2 {
             return;
         }
         let mut open = vec![false; count];
         for set in sets.iter().filter(|set| set.condition.kind() == BoundaryKind::Outlet) {
-            for node in set.facets.iter().flat_map(|&facet| mesh.facet_nodes(facet)) {
-                if let Some(open) = open.get_mut(part[node as usize]) {
+            for facet in &set.facets {
+                if let Some(open) = open.get_mut(part[facet.element as usize]) {
                     *open = true;
                 }
             }
         }
-        for closed in (0..count).filter(|&closed| !open[closed]) {
-            let nodes: Vec<Vector<D>> =
-                mesh.nodes().iter().zip(&part).filter(|(_, own)| **own == closed).map(|(x, _)| *x).collect();
-            let center = nodes.iter().copied().sum::<Vector<D>>() / nodes.len() as f64;
+        for (_, own) in large.iter().filter(|(k, _)| !open[*k]) {
+            let center = own.iter().map(|&e| mesh.center(e)).sum::<Vector<D>>() / own.len() as f64;
             self.notes.push(format!(
                 "solids close off the fluid around ({}): it is incompressible, and nothing changes its volume",
                 at(center)
@@ -46,26 +50,29 @@ impl Construction<'_> {
     }
 }
 
-/// The part of the fluid to which each node belongs, and the number of parts; nodes that share an element are of one.
+/// The part of the fluid to which each element belongs, and the number of parts: those with a node in common that lies in
+/// no solid are of one.
 fn parts<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     is_solid: impl Fn(Vector<D>) -> bool,
 ) -> (Vec<usize>, usize) {
     const NEW: usize = usize::MAX - 1;
-    let mut part: Vec<usize> = mesh.nodes().iter().map(|&x| if is_solid(x) { SOLID } else { NEW }).collect();
+    let mut part: Vec<usize> =
+        (0..mesh.elements().len()).map(|e| if is_solid(mesh.center(e)) { SOLID } else { NEW }).collect();
+    let is_open: Vec<bool> = mesh.nodes().iter().map(|&x| !is_solid(x)).collect();
     let mut count = 0;
     for first in 0..part.len() {
-        // Nodes that no element uses are no fluid.
-        if part[first] != NEW || mesh.elements_around(first).is_empty() {
+        if part[first] != NEW {
             continue;
         }
         part[first] = count;
         let mut reached = vec![first];
-        while let Some(node) = reached.pop() {
-            for other in mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]) {
-                if part[other as usize] == NEW {
-                    part[other as usize] = count;
-                    reached.push(other as usize);
+        while let Some(element) = reached.pop() {
+            let nodes = mesh.elements()[element].map(|node| node as usize).into_iter().filter(|&node| is_open[node]);
+            for other in nodes.flat_map(|node| mesh.elements_around(node)).map(|&e| e as usize) {
+                if part[other] == NEW {
+                    part[other] = count;
+                    reached.push(other);
                 }
             }
         }
