@@ -150,8 +150,8 @@ fn two_equal_bars_exchange_their_speeds() {
 }
 
 /// A bar that meets a wall with its end comes back with the speed with which it came (St. Venant), in steps that its
-/// errors and what it comes near to decide about: a thirtieth of the waves' transit where it meets the wall, and 40
-/// times as long on the way. What lacks is left at the release, and in the gas between the two.
+/// errors and what it comes near to decide about: a thirtieth of the waves' transit where it meets the wall, and
+/// longer than it on the way. What lacks is left at the release, and in the gas between the two.
 #[test]
 fn a_bar_bounces_in_automatic_steps() {
     let (length, young, speed, way) = (0.3, 1e6, 0.5, 0.1);

@@ -26,9 +26,10 @@ impl Construction<'_> {
             return;
         }
         let (part, count) = parts(mesh, |x| solid_at(solids, x).is_some());
-        let elements_of = |k: usize| (0..part.len()).filter(|&e| part[e] == k).collect::<Vec<_>>();
+        let mut elements = vec![Vec::new(); count];
+        (0..part.len()).filter(|&e| part[e] != SOLID).for_each(|e| elements[part[e]].push(e));
         let large: Vec<(usize, Vec<usize>)> =
-            (0..count).map(|k| (k, elements_of(k))).filter(|(_, own)| own.len() >= FEWEST).collect();
+            elements.into_iter().enumerate().filter(|(_, own)| own.len() >= FEWEST).collect();
         if large.len() < 2 {
             return;
         }

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! The fluids of a box that nothing opens have a fixed volume, and so would all solids together. Here a gas beside
-//! heavier fluids or elastic solids gives way, evenly, as it does under an even pressure: σ is the rate at which it dilates. Without it all
-//! of dV_S/dt would come in through the elements around the node whose pressure is held, as it does in liquids alone. σ w
-//! is linear in the velocities of solids, and stands with them.
+//! heavier fluids or elastic solids gives way, evenly, as it does under an even pressure: σ is the rate at which it
+//! dilates. Without it all of dV_S/dt would come in through the elements around the node whose pressure is held, as it
+//! does in liquids alone. σ w is linear in the velocities of solids, and stands with them.
 
 use crate::mesh::Mesh;
 use crate::pfem2::is_gas;
