@@ -39,41 +39,81 @@ pub fn of_region(region: &Region, cell: f64) -> Option<QuadraticMesh> {
     Some(mesh)
 }
 
+/// Elements along a side of the cube, at least: with one the ball would lack 3 % of its volume.
+pub const LEAST_SIDE: usize = 2;
+
+/// The lattice of lines on the faces of a cube, so many elements along each side.
+pub struct Faces {
+    side: usize,
+    /// Lattice numbers of the nodes on the faces, ascending.
+    outer: Vec<usize>,
+    /// Number of each lattice node among those.
+    place: Vec<usize>,
+}
+
+impl Faces {
+    pub fn new(side: usize) -> Self {
+        let mut faces = Self { side, outer: Vec::new(), place: vec![0; (2 * side + 1).pow(3)] };
+        let on_face = |n: &usize| faces.at(*n).iter().any(|&i| i == 0 || i == 2 * side);
+        faces.outer = (0..faces.place.len()).filter(on_face).collect();
+        faces.outer.iter().enumerate().for_each(|(k, &n)| faces.place[n] = k);
+        faces
+    }
+
+    /// Lattice coordinates of a node.
+    fn at(&self, n: usize) -> [usize; 3] {
+        let nodes = 2 * self.side + 1;
+        [n % nodes, n / nodes % nodes, n / nodes / nodes]
+    }
+
+    /// Coordinates t of the nodes on the faces.
+    fn coordinates(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.outer.iter().map(|&n| self.at(n).map(|i| i as f64 / self.side as f64 - 1.0))
+    }
+
+    /// Unit vectors to the nodes on the faces.
+    pub fn directions(&self) -> Vec<Vector<3>> {
+        self.coordinates().map(ball).collect()
+    }
+
+    /// So many shells of elements over the faces; `node` numbers the node in a row above a node on a face, which is
+    /// given by its place among these and by its lattice number.
+    pub fn shells(&self, shells: usize, node: impl Fn(usize, usize, usize) -> u32) -> Vec<Vec<u32>> {
+        let (side, nodes) = (self.side, 2 * self.side + 1);
+        let mut elements = Vec::new();
+        for (axis, is_upper) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+            // Outward with the right hand.
+            let [u, v] = if is_upper { [(axis + 1) % 3, (axis + 2) % 3] } else { [(axis + 2) % 3, (axis + 1) % 3] };
+            for cell in 0..side * side * shells {
+                let corner = [2 * (cell % side), 2 * (cell / side % side), 2 * (cell / side / side)];
+                let own = |a: usize| {
+                    let mut at = [0; 3];
+                    at[axis] = if is_upper { 2 * side } else { 0 };
+                    (at[u], at[v]) = (corner[0] + a % 3, corner[1] + a / 3 % 3);
+                    let number = at[0] + nodes * (at[1] + nodes * at[2]);
+                    node(corner[2] + a / 9, self.place[number], number)
+                };
+                elements.push((0..27).map(own).collect());
+            }
+        }
+        elements
+    }
+}
+
 /// The ball of radius 1, with elements for a radius [m].
 fn unit_ball(radius: f64, cell: f64) -> QuadraticMesh {
     // The sides of the cube are 0.6 to 0.9 of a radius long, those of its shadow on the sphere 1.2 to 1.6.
-    // At least two along a side: with one the ball would lack 3 % of its volume.
-    let (side, shells) = (divisions(1.1 * radius, cell).max(2), divisions(0.5 * radius, cell));
-    let lines = 2 * side;
-    let t = |at: [usize; 3]| at.map(|i| i as f64 / side as f64 - 1.0);
-    let mut mesh = QuadraticMesh::lattice(3, [side; 3], |at| cube(t(at)).0);
-    let number = |[i, j, k]: [usize; 3]| i + (lines + 1) * (j + (lines + 1) * k);
-    let at = |n: usize| [n % (lines + 1), n / (lines + 1) % (lines + 1), n / (lines + 1).pow(2)];
-    let outer: Vec<usize> = (0..mesh.nodes.len()).filter(|&n| at(n).iter().any(|&i| i == 0 || i == lines)).collect();
-    let mut place = vec![0; mesh.nodes.len()];
-    outer.iter().enumerate().for_each(|(k, &n)| place[n] = k);
-    let first = mesh.nodes.len();
+    let (side, shells) = (divisions(1.1 * radius, cell).max(LEAST_SIDE), divisions(0.5 * radius, cell));
+    let mut mesh = QuadraticMesh::lattice(3, [side; 3], |at| cube(at.map(|i| i as f64 / side as f64 - 1.0)).0);
+    let (faces, first) = (Faces::new(side), mesh.nodes.len());
     for row in 1..=2 * shells {
         let s = row as f64 / (2 * shells) as f64;
-        mesh.nodes.extend(outer.iter().map(|&n| (cube(t(at(n))) * (1.0 - s) + ball(t(at(n))) * s).0));
+        mesh.nodes.extend(faces.coordinates().map(|t| (cube(t) * (1.0 - s) + ball(t) * s).0));
     }
-    let node = |row: usize, n: usize| match row {
-        0 => n as u32,
-        _ => (first + (row - 1) * outer.len() + place[n]) as u32,
-    };
-    for (axis, is_upper) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
-        // Outward with the right hand.
-        let [u, v] = if is_upper { [(axis + 1) % 3, (axis + 2) % 3] } else { [(axis + 2) % 3, (axis + 1) % 3] };
-        for cell in 0..side * side * shells {
-            let corner = [2 * (cell % side), 2 * (cell / side % side), 2 * (cell / side / side)];
-            let own = |a: usize| {
-                let mut at = [0; 3];
-                (at[axis], at[u], at[v]) = (if is_upper { lines } else { 0 }, corner[0] + a % 3, corner[1] + a / 3 % 3);
-                node(corner[2] + a / 9, number(at))
-            };
-            mesh.elements.push((0..27).map(own).collect());
-        }
-    }
+    mesh.elements.extend(faces.shells(shells, |row, place, number| match row {
+        0 => number as u32,
+        _ => (first + (row - 1) * faces.outer.len() + place) as u32,
+    }));
     mesh
 }
 

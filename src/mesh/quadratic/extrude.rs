@@ -26,14 +26,14 @@ pub fn of_region(region: &Region, cell: f64) -> Result<QuadraticMesh, String> {
             let base = QuadraticMesh::fill(&Region::Polygon(plane.into()), cell, 2)?;
             Ok(extruded(&base, polygon.heights(), cell, &frame))
         }
-        _ => Err("in 3D a mesh can be made of boxes, also where other shapes cut an end off, of cylinders, of balls and ellipsoids up to three times as long as \
-                  thin, of polygons with heights, and of closed surfaces from STL or OBJ files; others come from a Gmsh file of tetrahedra or hexahedra, `mesh = { path = \"...\" }`"
+        _ => Err("in 3D a mesh can be made of boxes, also where other shapes cut an end off, of cylinders and tubes, of balls, hollow balls and ellipsoids up to three times as \
+                  long as thin, of polygons with heights, and of closed surfaces from STL or OBJ files; others come from a Gmsh file of tetrahedra or hexahedra, `mesh = { path = \"...\" }`"
             .into()),
     }
 }
 
 /// Layers of a plane mesh between two heights [m].
-fn extruded(base: &QuadraticMesh, [lower, upper]: [f64; 2], cell: f64, frame: &Frame) -> QuadraticMesh {
+pub(super) fn extruded(base: &QuadraticMesh, [lower, upper]: [f64; 2], cell: f64, frame: &Frame) -> QuadraticMesh {
     let (layers, count) = (divisions(upper - lower, cell), base.nodes.len());
     let height = |row: usize| lower + (upper - lower) * row as f64 / (2 * layers) as f64;
     let place = |row: usize| base.nodes.iter().map(move |x| frame.place([x[0], x[1], height(row)]));

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings
-//! around a square of discs, shells around a cube of balls, triangles parted in three of all other plane regions, and
+//! around a square of discs, shells around a cube of balls, rings of what is left of them around a hole, triangles parted in three of all other plane regions, and
 //! cells of a lattice inside of surfaces from files.
 //! [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
 
@@ -21,6 +21,7 @@ mod lattice;
 mod measure;
 mod patches;
 mod raised;
+mod ring;
 mod split;
 mod thickness;
 
@@ -99,6 +100,9 @@ impl QuadraticMesh {
         }
         if let (3, Some(triangles)) = (dimension, region.triangles()) {
             return lattice::of_surface(triangles, cell);
+        }
+        if let Some(mesh) = ring::of_region(region, cell, dimension) {
+            return Ok(mesh);
         }
         if dimension == 3 {
             return ball::of_region(region, cell).map_or_else(|| extrude::of_region(region, cell), Ok);

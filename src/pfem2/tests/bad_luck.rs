@@ -329,3 +329,22 @@ fn fluids_that_a_solid_parts_have_the_volume_that_it_leaves_them() {
     let told = pfem.notices();
     assert!(told.iter().all(|text| !text.contains("could not be kept")), "{told:?}");
 }
+
+/// A free strip a fifth of an element thick stays at rest in water at rest, however short its own elements are: its
+/// two sides, which are nearer to each other than the gap of contacts, don't meet.
+#[test]
+fn a_strip_far_thinner_than_elements_rests() {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.5]), [20, 10]).unwrap();
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    for count in [12, 30, 60] {
+        let shape = SolidMesh::block(Vector([0.2, 0.245]), Vector([0.8, 0.255]), [count, 2]).unwrap();
+        let own = solid(shape, (1e6, 0.3), |_| [false; 2], |_| Vector::ZERO);
+        let mut setup = setup(mesh.clone(), sets.clone(), water(weightless()), |_| 0, |_| Vector::ZERO);
+        setup.solids = Some(Structure::new(vec![own]).unwrap());
+        let mut pfem = Pfem2::new(setup);
+        (0..3).for_each(|k| pfem.step(f64::from(k) * 1e-3, 1e-3).unwrap());
+        let structure = &pfem.solids.as_ref().unwrap().structure;
+        let most = structure.state.displacement.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        assert!(most < 1e-12, "{count}: {most:e}");
+    }
+}

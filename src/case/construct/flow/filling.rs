@@ -8,27 +8,27 @@ use crate::mesh::{Deviation, QuadraticMesh};
 const ACROSS: usize = 2;
 
 /// Lengths of elements, over the first one, that are tried for a surface from a file that is thinner than an element, or
-/// off which nodes of the boundary stay.
+/// off which nodes of the boundary stay, and for other regions where elements would fold.
 const FINER: [f64; 5] = [0.7, 0.5, 0.35, 0.25, 0.18];
 
-/// Cells around a surface, at most, that are tried without a length in the case.
+/// Cells around a region, at most, that are tried without a length in the case.
 const MOST_TRIED: f64 = 50_000.0;
 
 /// Length of elements that a warning advises, over that of an edge of the mesh.
 const ADVISED: f64 = 0.5;
 
 /// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest
-/// part. Inside a surface from a file it is the first one, from large to small elements, whose boundary lies on the
+/// part, or where elements would fold. Inside a surface from a file it is the first one, from large to small elements, whose boundary lies on the
 /// surface, or else the one that comes nearest.
 pub(super) fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
     let first = two_across(region, cell, dimension);
-    if region.triangles().is_none() {
-        return first;
-    }
     let bounds = region.bounds();
-    let count = |cell: f64| (0..3).map(|k| ((bounds.upper[k] - bounds.lower[k]) / cell).max(1.0)).product::<f64>();
-    let finer = FINER.map(|part| part * cell).into_iter().filter(|&cell| count(cell) < MOST_TRIED);
-    let part = |mesh: &QuadraticMesh| mesh.deviation(region).map_or(0.0, |deviation| deviation.part());
+    let divisions = |cell: f64| (0..dimension).map(move |k| ((bounds.upper[k] - bounds.lower[k]) / cell).max(1.0));
+    let finer = FINER.map(|part| part * cell).into_iter();
+    let finer = finer.filter(|&cell| divisions(cell).product::<f64>() < MOST_TRIED);
+    let surface = region.triangles().is_some();
+    let deviation = |mesh: &QuadraticMesh| if surface { mesh.deviation(region) } else { None };
+    let part = |mesh: &QuadraticMesh| deviation(mesh).map_or(0.0, |deviation| deviation.part());
     nearest(first, finer, |cell| two_across(region, cell, dimension), part)
 }
 
@@ -102,6 +102,17 @@ mod tests {
         assert_eq!(of(Ok(1.0), &[(1.0, 0.1), (0.5, 0.03), (0.35, 0.05)]), Ok(0.5));
         assert_eq!(of(Err("thin".into()), &[(0.5, 0.03)]), Ok(0.5));
         assert_eq!(of(Err("thin".into()), &[]), Err("thin".into()));
+    }
+
+    /// Triangles of twice the width of an elliptic ring fold on its curves.
+    #[test]
+    fn a_thin_region_is_meshed_with_elements_that_do_not_fold() {
+        let ellipse = |a, b| Region::Ellipsoid { center: [0.0; 3], semi_axes: [a, b, f64::INFINITY] };
+        let ring = Region::Intersection(vec![ellipse(0.1, 0.05), Region::Complement(ellipse(0.095, 0.045).into())]);
+        assert!(QuadraticMesh::fill(&ring, 0.02, 2).unwrap_err().contains("folded"));
+        let mesh = filled(&ring, 0.02, 2).unwrap();
+        let area = std::f64::consts::PI * (0.1 * 0.05 - 0.095 * 0.045);
+        assert!((mesh.volume() / area - 1.0).abs() < 1e-3, "{}", mesh.volume() / area);
     }
 
     /// A block one of whose nodes was moved off its side, by 3 % of an edge of ½ m.

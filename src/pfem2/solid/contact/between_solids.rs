@@ -33,6 +33,10 @@ const FACING_COSINE: f64 = -0.5;
 /// solid lies between them.
 const THROUGH_COSINE: f64 = -0.7;
 
+/// Places of one solid that have a node behind them by more than this part of the thickness of the solid there have
+/// the solid between themselves and the node.
+const LARGEST_DEPTH: f64 = 0.5;
+
 /// Nearer than this part of the way at the start, places of one solid may touch.
 const TOUCHABLE_SHARE: f64 = 0.5;
 
@@ -179,8 +183,7 @@ impl<const D: usize> SolidContacts<D> {
                 let Some(query) = query(other) else { return Ok(Vec::new()) };
                 let mut feet = places.surface.feet(other, query.x, query.reach);
                 if other == solid {
-                    let normal = normals[query.shares[0].0 as usize];
-                    feet.retain(|foot| self.faces(context, &query, normal, foot));
+                    self.keep_facing(context, &query, normals[query.shares[0].0 as usize], &mut feet);
                 }
                 self.at_feet(&query, other, context, &feet)
             };
@@ -333,23 +336,29 @@ impl<const D: usize> SolidContacts<D> {
         self.nodes.iter().map(error).fold(0.0, f64::max)
     }
 
-    /// True where a place on the surface of the same solid faces a queried node with this normal, and has come near
-    /// since the start.
-    fn faces<const N: usize>(
+    /// Keeps the places on the surface of the same solid that face a queried node with this normal, have come nearer
+    /// since the start, and haven't the solid between themselves and the node.
+    fn keep_facing<const N: usize>(
         &self,
         context: &SearchContext<'_, D, N>,
         query: &ContactQuery<D>,
         normal: Vector<D>,
-        foot: &FacetFoot<D>,
-    ) -> bool {
+        feet: &mut Vec<FacetFoot<D>>,
+    ) {
         let (surface, node) = (context.places.surface, query.shares[0].0);
-        if surface.holds(foot, node) || surface.normal_at(foot).dot(normal) > FACING_COSINE {
-            return false;
-        }
-        let weights = surface.weights_at(foot);
-        let away = at_the_start(context.structure, node, &weights);
-        let through = away.dot(self.reference.normal_at(foot)) < THROUGH_COSINE * away.norm();
-        !through && foot.distance < away.norm() && surface.signed_distance(query.x, foot) > -self.largest
+        let way = |foot: &FacetFoot<D>| at_the_start(context.structure, node, &surface.weights_at(foot));
+        let lies_behind = |foot: &FacetFoot<D>| {
+            let way = way(foot);
+            way.dot(self.reference.facet_normal_at(foot)) < THROUGH_COSINE * way.norm()
+        };
+        feet.retain(|foot| !surface.holds(foot, node) && surface.facet_normal_at(foot).dot(normal) < FACING_COSINE);
+        let behind = feet.iter().filter(|foot| lies_behind(foot)).map(|foot| foot.distance);
+        let thickness = behind.fold(f64::INFINITY, f64::min);
+        let deepest = f64::min(self.largest, LARGEST_DEPTH * thickness);
+        feet.retain(|foot| {
+            let faces = surface.normal_at(foot).dot(normal) < FACING_COSINE && foot.distance < way(foot).norm();
+            faces && !lies_behind(foot) && surface.signed_distance(query.x, foot) > -deepest
+        });
     }
 }
 

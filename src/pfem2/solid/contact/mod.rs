@@ -16,5 +16,7 @@ pub mod force;
 mod impulses;
 mod places;
 pub(in crate::pfem2) mod step;
+#[cfg(test)]
+mod thin_strip_tests;
 mod unilateral;
 pub mod walls;

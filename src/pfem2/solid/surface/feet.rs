@@ -53,6 +53,11 @@ impl<const D: usize> SolidSurface<D> {
         self.normals.at(&self.facets, foot.facet, foot.local).normalized().unwrap_or_default()
     }
 
+    /// Outward unit normal of the facet of a foot there, that of the facet alone also at edges.
+    pub(in crate::pfem2::solid) fn facet_normal_at(&self, foot: &FacetFoot<D>) -> Vector<D> {
+        self.facets[foot.facet as usize].normal(foot.local)
+    }
+
     /// Shape functions of the global nodes at a foot.
     pub(in crate::pfem2::solid) fn weights_at(&self, foot: &FacetFoot<D>) -> NodeWeights {
         weights(&self.facets[foot.facet as usize].nodes, &foot.local[..D - 1])
