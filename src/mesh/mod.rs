@@ -23,6 +23,6 @@ pub use closed::{ClosedSurface, closed_surfaces};
 pub use domain::DomainMesh;
 pub use facets::{Facets, FileNumbers};
 pub use generate::MembraneShape;
-pub use quadratic::{Deviation, QuadraticMesh, SurfacePatches};
+pub use quadratic::{Deviation, ElementSize, QuadraticMesh, SurfacePatches};
 pub use simplex::{CellCut, Facet, Location, Locator, Mesh, Simplex, side_names};
 pub use turned::ClosedPart;

@@ -8,7 +8,7 @@
 //! ```
 
 use super::frame::Frame;
-use super::{DISTANCE_ON_SIDE, QuadraticMesh, divisions};
+use super::{DISTANCE_ON_SIDE, ElementSize, QuadraticMesh};
 use crate::geometry::Region;
 use crate::mesh::side_names;
 
@@ -31,14 +31,14 @@ struct Cuboid {
 }
 
 /// The block of a box, or of a box with cut ends; `None` for other regions, and for cuts that a block can't follow.
-pub fn of_region(region: &Region, cell: f64, dimension: usize) -> Option<QuadraticMesh> {
+pub fn of_region(region: &Region, size: ElementSize, dimension: usize) -> Option<QuadraticMesh> {
     let cuboid = Cuboid::of(region, dimension)?;
     if !cuboid.cut {
-        return Some(cuboid.mesh(dimension, cuboid.counts(cell, dimension), |s| s));
+        return Some(cuboid.mesh(dimension, cuboid.counts(size, dimension), |s| s));
     }
     let mut axes: Vec<usize> = (0..dimension).collect();
     axes.sort_by(|&i, &j| cuboid.length(j).total_cmp(&cuboid.length(i)));
-    axes.into_iter().find_map(|axis| cuboid.trimmed(region, cell, dimension, axis))
+    axes.into_iter().find_map(|axis| cuboid.trimmed(region, size, dimension, axis))
 }
 
 impl Cuboid {
@@ -66,8 +66,8 @@ impl Cuboid {
         self.upper[axis] - self.lower[axis]
     }
 
-    fn counts(&self, cell: f64, dimension: usize) -> [usize; 3] {
-        std::array::from_fn(|axis| if axis < dimension { divisions(self.length(axis), cell) } else { 0 })
+    fn counts(&self, size: ElementSize, dimension: usize) -> [usize; 3] {
+        std::array::from_fn(|axis| if axis < dimension { size.divisions(self.length(axis)) } else { 0 })
     }
 
     /// The place [m] of coordinates in 0..=1.
@@ -86,8 +86,8 @@ impl Cuboid {
     }
 
     /// The block whose rows along `axis` end where the region does.
-    fn trimmed(&self, region: &Region, cell: f64, dimension: usize, axis: usize) -> Option<QuadraticMesh> {
-        let mut counts = self.counts(cell, dimension);
+    fn trimmed(&self, region: &Region, size: ElementSize, dimension: usize, axis: usize) -> Option<QuadraticMesh> {
+        let mut counts = self.counts(size, dimension);
         let lines: [usize; 3] = std::array::from_fn(|k| if k == axis { 1 } else { 2 * counts[k] + 1 });
         let across = |n: usize| [n % lines[0], n / lines[0] % lines[1], n / lines[0] / lines[1]];
         let row = |n: usize| {
@@ -104,7 +104,7 @@ impl Cuboid {
         if lengths().fold(longest, f64::min) < LEAST_ROW_RATIO * longest || !(whole(0) && whole(1)) {
             return None;
         }
-        counts[axis] = divisions(self.length(axis) * lengths().sum::<f64>() / rows.len() as f64, cell);
+        counts[axis] = size.divisions(self.length(axis) * lengths().sum::<f64>() / rows.len() as f64);
         let place = |mut s: [f64; 3]| {
             let at: [usize; 3] = std::array::from_fn(|k| (s[k] * (lines[k] - 1) as f64).round() as usize);
             let [from, to] = rows[at[0] + lines[0] * (at[1] + lines[1] * at[2])];
@@ -112,7 +112,7 @@ impl Cuboid {
             s
         };
         let mesh = self.mesh(dimension, counts, place);
-        (mesh.folded().is_none() && mesh.distance_to(region) <= OFF * cell).then_some(mesh)
+        (mesh.folded().is_none() && mesh.distance_to(region) <= OFF * size.cell).then_some(mesh)
     }
 
     /// The ends of a row of the region along an axis, in 0..=1; `None` if it is not in one piece.
@@ -228,9 +228,9 @@ mod tests {
     #[test]
     fn a_hole_is_no_cut_end_and_a_cut_box_in_space_is_a_block() {
         let hole = Region::Sphere { center: [1.0, 0.5, 0.0], radius: 0.2 };
-        assert!(of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), hole), 0.1, 2).is_none());
+        assert!(of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), hole), ElementSize { cell: 0.1, across: 1 }, 2).is_none());
         let notch = Region::Sphere { center: [1.0, 1.0, 0.0], radius: 0.2 };
-        assert!(of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), notch), 0.1, 2).is_none());
+        assert!(of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), notch), ElementSize { cell: 0.1, across: 1 }, 2).is_none());
         let bar = Region::Box { lower: [0.0; 3], upper: [3.0, 1.0, 1.0] };
         let plane = Region::HalfSpace { point: [1.0, 0.0, 0.0], normal: [0.8, 0.6, 0.0] };
         let mesh = QuadraticMesh::fill(&without(bar, plane), 0.25, 3).unwrap();

@@ -56,6 +56,22 @@ pub struct QuadraticMesh {
     pub sets: BTreeMap<String, Vec<u32>>,
 }
 
+/// Size of the elements of a region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementSize {
+    /// Length of edges [m].
+    pub cell: f64,
+    /// Number of elements across the region, at least.
+    pub across: usize,
+}
+
+impl ElementSize {
+    /// Number of elements along a length [m].
+    fn divisions(self, length: f64) -> usize {
+        divisions(length, self.cell).max(self.across)
+    }
+}
+
 impl QuadraticMesh {
     /// A mesh of a bounded region whose elements have edges of about `cell` [m], at least one element along every
     /// extent.
@@ -78,6 +94,16 @@ impl QuadraticMesh {
     /// assert!((mesh.volume() - 3.0).abs() < 1e-12);
     /// ```
     pub fn fill(region: &Region, cell: f64, dimension: usize) -> Result<Self, String> {
+        Self::fill_across(region, ElementSize { cell, across: 1 }, dimension)
+    }
+
+    /// The same with at least so many elements across boxes, rings, tubes, hollow balls and polygons with heights, which
+    /// may be longer than they are wide there.
+    ///
+    /// # Errors
+    /// As [`QuadraticMesh::fill`].
+    pub fn fill_across(region: &Region, size: ElementSize, dimension: usize) -> Result<Self, String> {
+        let cell = size.cell;
         let bounds = region.bounds();
         if !bounds.is_bounded(dimension) {
             return Err("the region of a solid must have an end in every direction".into());
@@ -86,7 +112,7 @@ impl QuadraticMesh {
         if let Some(why) = too_many(count) {
             return Err(why);
         }
-        let mut mesh = Self::unchecked(region, cell, dimension)?;
+        let mut mesh = Self::unchecked(region, size, dimension)?;
         if mesh.sets.is_empty() {
             mesh.name_sides();
         }
@@ -94,18 +120,19 @@ impl QuadraticMesh {
         Ok(mesh)
     }
 
-    fn unchecked(region: &Region, cell: f64, dimension: usize) -> Result<Self, String> {
-        if let Some(mesh) = block::of_region(region, cell, dimension) {
+    fn unchecked(region: &Region, size: ElementSize, dimension: usize) -> Result<Self, String> {
+        let cell = size.cell;
+        if let Some(mesh) = block::of_region(region, size, dimension) {
             return Ok(mesh);
         }
         if let (3, Some(triangles)) = (dimension, region.triangles()) {
             return lattice::of_surface(triangles, cell);
         }
-        if let Some(mesh) = ring::of_region(region, cell, dimension) {
+        if let Some(mesh) = ring::of_region(region, size, dimension) {
             return Ok(mesh);
         }
         if dimension == 3 {
-            return ball::of_region(region, cell).map_or_else(|| extrude::of_region(region, cell), Ok);
+            return ball::of_region(region, cell).map_or_else(|| extrude::of_region(region, size), Ok);
         }
         match disc::of_region(region, cell) {
             Some(mesh) => Ok(mesh),

@@ -6,7 +6,7 @@
 //! ```
 
 use super::frame::Frame;
-use super::{QuadraticMesh, ball, divisions, extrude};
+use super::{ElementSize, QuadraticMesh, ball, divisions, extrude};
 use crate::geometry::Region;
 use crate::math::Vector;
 use std::f64::consts::{PI, TAU};
@@ -26,14 +26,14 @@ struct Hollow {
 }
 
 /// The mesh of a ring in 2D, of a hollow ball or a tube in 3D; `None` for other regions.
-pub fn of_region(region: &Region, cell: f64, dimension: usize) -> Option<QuadraticMesh> {
+pub fn of_region(region: &Region, size: ElementSize, dimension: usize) -> Option<QuadraticMesh> {
     let (frame, [whole, taken]) = parts(region)?;
     if let Some(hollow) = Hollow::of(whole, taken, dimension) {
-        let mut mesh = if dimension == 2 { hollow.ring(cell) } else { hollow.shells(cell) };
+        let mut mesh = if dimension == 2 { hollow.ring(size) } else { hollow.shells(size) };
         mesh.nodes.iter_mut().for_each(|x| *x = frame.place(*x));
         return Some(mesh);
     }
-    if dimension == 3 { tube(&frame, whole, taken, cell) } else { None }
+    if dimension == 3 { tube(&frame, whole, taken, size) } else { None }
 }
 
 /// A region and the single one that is taken from it, with the motion of both.
@@ -69,16 +69,16 @@ impl Hollow {
         (hole * (1.0 - s) + outside * s).0
     }
 
-    fn layers(&self, cell: f64) -> usize {
-        divisions(self.radii[1] - self.radii[0], cell)
+    fn layers(&self, size: ElementSize) -> usize {
+        size.divisions(self.radii[1] - self.radii[0])
     }
 
     fn mean_radius(&self) -> f64 {
         0.5 * (self.radii[0] + self.radii[1])
     }
 
-    fn ring(&self, cell: f64) -> QuadraticMesh {
-        let (layers, sectors) = (self.layers(cell), divisions(TAU * self.mean_radius(), cell).max(LEAST_AROUND));
+    fn ring(&self, size: ElementSize) -> QuadraticMesh {
+        let (layers, sectors) = (self.layers(size), divisions(TAU * self.mean_radius(), size.cell).max(LEAST_AROUND));
         let columns = 2 * sectors;
         let at = |row: usize, column: usize| {
             let (sin, cos) = (TAU * column as f64 / columns as f64).sin_cos();
@@ -95,9 +95,9 @@ impl Hollow {
         }
     }
 
-    fn shells(&self, cell: f64) -> QuadraticMesh {
-        let faces = ball::Faces::new(divisions(0.5 * PI * self.mean_radius(), cell).max(ball::LEAST_SIDE));
-        let (layers, count) = (self.layers(cell), faces.directions().len());
+    fn shells(&self, size: ElementSize) -> QuadraticMesh {
+        let faces = ball::Faces::new(divisions(0.5 * PI * self.mean_radius(), size.cell).max(ball::LEAST_SIDE));
+        let (layers, count) = (self.layers(size), faces.directions().len());
         let row =
             |row: usize| faces.directions().into_iter().map(move |e| self.place(row as f64 / (2 * layers) as f64, e));
         QuadraticMesh {
@@ -110,7 +110,7 @@ impl Hollow {
 }
 
 /// The mesh of a cylinder without one along the same axis that reaches through it.
-fn tube(frame: &Frame, whole: &Region, taken: &Region, cell: f64) -> Option<QuadraticMesh> {
+fn tube(frame: &Frame, whole: &Region, taken: &Region, size: ElementSize) -> Option<QuadraticMesh> {
     let ((outer, whole), (inner, taken)) = (Frame::of(whole), Frame::of(taken));
     let (Region::Cylinder { from, to, radius }, Region::Cylinder { from: start, to: end, radius: hole }) =
         (whole, taken)
@@ -126,8 +126,8 @@ fn tube(frame: &Frame, whole: &Region, taken: &Region, cell: f64) -> Option<Quad
     if !through || off.iter().any(|off| off.norm() > ROUNDING * radius) || hole >= radius {
         return None;
     }
-    let ring = Hollow { centers: [Vector([0.0; 3]); 2], radii: [*hole, *radius] }.ring(cell);
-    Some(extrude::extruded(&ring, [0.0, length], cell, &frame.after(&Frame::along(axis, from.0))))
+    let ring = Hollow { centers: [Vector([0.0; 3]); 2], radii: [*hole, *radius] }.ring(size);
+    Some(extrude::extruded(&ring, [0.0, length], size, &frame.after(&Frame::along(axis, from.0))))
 }
 
 #[cfg(test)]

@@ -75,8 +75,8 @@ impl QuadraticMesh {
         (length.is_finite() && depth > 0.0).then(|| Thickness { elements: count(length, depth), length, middle })
     }
 
-    /// A side as triangles between its corners; in 2D each segment between its nodes is a strip, two units wide in the
-    /// third direction.
+    /// A side as triangles between its nodes; in 2D each segment between these is a strip, two units wide in the third
+    /// direction.
     fn pieces(&self, side: ElementSide) -> Vec<FacePiece> {
         let end = if side.upper { 1.0 } else { -1.0 };
         let along: Vec<usize> = (0..self.dimension).filter(|&k| k != side.axis).collect();
@@ -91,12 +91,14 @@ impl QuadraticMesh {
             |from: f64, to: f64| [at([from, 0.0]) - up, at([to, 0.0]) - up, at([to, 0.0]) + up, at([from, 0.0]) + up];
         let fours = match self.dimension {
             2 => vec![strip(-1.0, 0.0), strip(0.0, 1.0)],
-            _ => vec![[at([-1.0, -1.0]), at([1.0, -1.0]), at([1.0, 1.0]), at([-1.0, 1.0])]],
+            _ => [[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0], [0.0, 0.0]]
+                .map(|[x, y]| [at([x, y]), at([x + 1.0, y]), at([x + 1.0, y + 1.0]), at([x, y + 1.0])])
+                .to_vec(),
         };
-        let center = Vector(self.position(side.element, [0.0; 3]));
+        // The middle of a side that is curved more than the element is thick lies outward, its chord may not.
+        let outward = at([0.0; 2]) - Vector(self.position(side.element, [0.0; 3]));
         let turned = |corners: [Vector<3>; 3]| {
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized()?;
-            let outward = (corners[0] + corners[2]) * 0.5 - center;
             Some(FacePiece { corners, normal: if normal.dot(outward) < 0.0 { -normal } else { normal } })
         };
         fours.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).filter_map(turned).collect()
@@ -128,7 +130,7 @@ mod tests {
     use crate::geometry::Region;
 
     #[test]
-    fn thickness_of_a_bridge_of_a_disc_and_of_a_block() {
+    fn thickness_of_a_bridge_of_a_disc_of_a_block_and_of_a_hollow_ball() {
         let hole = Region::Sphere { center: [1.0, 0.5, 0.0], radius: 0.3 };
         let bridge = QuadraticMesh::fill(&without(plate([0.0, 0.0], [2.0, 1.0]), hole), 0.1, 2).unwrap().thinnest();
         assert!((0.2..0.21).contains(&bridge.length) && (2..=4).contains(&bridge.elements), "{bridge:?}");
@@ -139,5 +141,8 @@ mod tests {
         let across = QuadraticMesh::fill(&block, 0.25, 3).unwrap().thinnest();
         assert!((across.length - 0.5).abs() < 1e-12 && across.elements == 2, "{across:?}");
         assert!((across.middle[2] - 0.25).abs() < 1e-12);
+        let ball = |radius| Region::Sphere { center: [0.0; 3], radius };
+        let across = QuadraticMesh::fill(&without(ball(0.06), ball(0.05)), 0.04, 3).unwrap().thinnest();
+        assert!((across.length / 0.01 - 1.0).abs() < 0.05 && across.elements == 1, "{across:?}");
     }
 }

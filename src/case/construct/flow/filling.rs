@@ -2,10 +2,14 @@
 
 use crate::error::Diagnostic;
 use crate::geometry::Region;
-use crate::mesh::{Deviation, QuadraticMesh};
+use crate::mesh::{Deviation, ElementSize, QuadraticMesh};
 
 /// Elements across the thinnest part of a solid where the case gives no length.
 const ACROSS: usize = 2;
+
+/// Length of elements over their thickness, at most, where the case gives none: of a shell of thickness t and radius R they
+/// are 2.5 t long, well below (R t)^½, from where curved elements bend too stiffly.
+const LONGEST: f64 = 5.0;
 
 /// Lengths of elements, over the first one, that are tried for a surface from a file that is thinner than an element, or
 /// off which nodes of the boundary stay, and for other regions where elements would fold.
@@ -54,14 +58,19 @@ fn nearest<M>(
     best
 }
 
-/// A mesh with elements of `cell` [m], or such that two lie across the thinnest part.
+/// A mesh with elements of `cell` [m], or such that two lie across the thinnest part. They may be longer than they are
+/// thick there: what is thin bends over lengths that are greater, and with cubes a sheet would have as many as the square
+/// of its length over its thickness.
 fn two_across(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
     let mesh = QuadraticMesh::fill(region, cell, dimension)?;
     let place = mesh.thinnest();
     if place.elements >= ACROSS {
         return Ok(mesh);
     }
-    QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension)
+    let thickness = place.length / ACROSS as f64;
+    let size = ElementSize { cell: cell.min(LONGEST * thickness), across: ACROSS };
+    let flat = QuadraticMesh::fill_across(region, size, dimension)?;
+    if flat.thinnest().elements >= ACROSS { Ok(flat) } else { QuadraticMesh::fill(region, thickness, dimension) }
 }
 
 /// A warning if nodes on the boundary of a solid stay off the surface of its file.
@@ -113,6 +122,20 @@ mod tests {
         let mesh = filled(&ring, 0.02, 2).unwrap();
         let area = std::f64::consts::PI * (0.1 * 0.05 - 0.095 * 0.045);
         assert!((mesh.volume() / area - 1.0).abs() < 1e-3, "{}", mesh.volume() / area);
+    }
+
+    /// Plates and tubes have two elements across, five times as long, not a million cubes.
+    #[test]
+    fn thin_solids_have_flat_elements() {
+        let plate = Region::Box { lower: [0.0; 3], upper: [1.0, 1.0, 0.01] };
+        let mesh = filled(&plate, 0.1, 3).unwrap();
+        assert_eq!((mesh.elements.len(), mesh.thinnest().elements), (40 * 40 * 2, 2));
+        let coarse = filled(&plate, 0.02, 3).unwrap();
+        assert_eq!((coarse.elements.len(), coarse.thinnest().elements), (50 * 50 * 2, 2));
+        let rod = |radius| Region::Cylinder { from: [0.0; 3], to: [0.05, 0.0, 0.0], radius };
+        let tube = Region::Intersection(vec![rod(6e-3), Region::Complement(rod(5e-3).into())]);
+        let mesh = filled(&tube, 2.5e-3, 3).unwrap();
+        assert_eq!((mesh.elements.len(), mesh.thinnest().elements), (14 * 20 * 2, 2));
     }
 
     /// A block one of whose nodes was moved off its side, by 3 % of an edge of ½ m.

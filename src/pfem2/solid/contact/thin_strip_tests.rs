@@ -23,7 +23,7 @@ fn candidates(elements: usize, place: impl Fn(f64) -> (Vector<2>, Vector<2>)) ->
     let blocks = SolidMesh::block(-half, half, [elements, 2]).unwrap();
     let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, 1e6, 0.3) });
     let structure = Structure::new(vec![SolidSetup::free("strip", blocks, law)]).unwrap();
-    let mesh = Mesh::<2, 3>::block(Vector([-1.0; 2]), Vector([1.0; 2]), [20; 2]).unwrap();
+    let mesh = Mesh::<2, 3>::block(Vector([-1.0; 2]), Vector([1.0; 2]), [(2.0 / SIZE) as usize; 2]).unwrap();
     let contacts = SolidContacts::new(&structure, &mesh);
     let bent = |x: &Vector<2>| {
         let (middle, across) = place(x[0] + half[0]);
