@@ -5,7 +5,7 @@ use crate::case::resolution::{MeshSizes, PathResolution, quadratic, shown};
 use crate::case::{Case, SolidSummary};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::mesh::{Locator, Mesh};
+use crate::mesh::{Locator, Mesh, QuadraticMesh};
 use crate::pfem2;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::setup::InitialState;
@@ -17,6 +17,13 @@ const ACROSS: usize = 2;
 /// Elements of the fluid's mesh across the thinnest part of a solid below which the flow on its two sides isn't told
 /// apart.
 const CELLS_ACROSS: f64 = 3.0;
+
+/// Elements of the fluid's mesh across a solid below which fluid flows through it, between the nodes of the mesh; rounding
+/// aside.
+const LEAST_CELLS: f64 = 0.99;
+
+/// Largest part of its sides behind which a solid may be thinner: edges and tips are.
+const LARGEST_THIN_PART: f64 = 0.25;
 
 impl SolidSummary {
     /// Sizes of a solid in the mesh of the fluid.
@@ -42,9 +49,18 @@ impl SolidSummary {
             thinnest: thinnest.middle,
             across: thinnest.elements,
             cells_across: cell(thinnest.middle).map(|cell| thinnest.length / cell),
+            thin_part: thin_part(&mesh, cell),
             path,
         }
     }
+}
+
+/// Part of the sides of a solid behind which it is thinner than an element, of the size `cell` at a place [m]; none where
+/// it is outside of the mesh.
+fn thin_part(mesh: &QuadraticMesh, cell: impl Fn([f64; 3]) -> Option<f64>) -> f64 {
+    let sides = mesh.thicknesses();
+    let thin = sides.iter().filter(|side| cell(side.middle).is_some_and(|cell| side.length < LEAST_CELLS * cell));
+    thin.count() as f64 / sides.len().max(1) as f64
 }
 
 /// Checks the solids of a case of PFEM-2.
@@ -118,7 +134,9 @@ fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {
         let help = format!("write `mesh = {{ cell = {:.2e} }}`: two elements or more", thin / ACROSS as f64);
         findings.push(Diagnostic::warning(format!("{key}.mesh"), message).help(help));
     }
-    if let Some(cells) = solid.cells_across.filter(|&cells| is_coarse(cells)) {
+    if solid.thin_part > LARGEST_THIN_PART {
+        findings.push(too_thin(key, solid, &place));
+    } else if let Some(cells) = solid.cells_across.filter(|&cells| is_coarse(cells)) {
         let message = format!(
             "`{name}` is {thin:.4e} m thick at ({place}), {cells:.1} elements of the mesh: the flow on its two sides is hardly told apart"
         );
@@ -130,6 +148,24 @@ fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {
     } else if let Some(path) = solid.path.filter(|path| is_coarse(path.cells)) {
         findings.push(coarse_path(key, solid, &path));
     }
+}
+
+/// A solid that is thinner than an element, not at its edges alone.
+fn too_thin(key: &str, solid: &SolidSummary, place: &str) -> Diagnostic {
+    let message = format!(
+        "`{}` is thinner than an element of the mesh behind {:.0} % of its surface, {:.4e} m at ({place}): fluid would flow \
+         through it",
+        solid.name,
+        100.0 * solid.thin_part,
+        solid.thickness
+    );
+    let help = format!(
+        "let elements of {:.2e} m or smaller lie where it is and where it comes to, `[[mesh.refine]]`: as large as it is thick \
+         at most, better a third of it; or make it n times as thick, with a density n times and a Young's modulus n³ times \
+         as small, which bends alike",
+        solid.thickness / CELLS_ACROSS
+    );
+    Diagnostic::error(key.to_owned(), message).help(help)
 }
 
 /// Fewer elements than three, as they are shown.

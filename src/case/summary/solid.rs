@@ -33,7 +33,9 @@ pub struct SolidSummary {
     pub across: usize,
     /// Elements of the fluid's mesh across it; `None` outside of that mesh.
     pub cells_across: Option<f64>,
-    /// The same along the way that it is likely to take; `None` if it stays where it is, as far as that can be
+    /// Part of its sides behind which it is thinner than an element of the fluid's mesh.
+    pub thin_part: f64,
+    /// Elements of the fluid's mesh across it along the way that it is likely to take; `None` if it stays where it is, as far as that can be
     /// foreseen.
     pub path: Option<PathResolution>,
 }

@@ -228,9 +228,14 @@ mod tests {
     #[test]
     fn a_hole_is_no_cut_end_and_a_cut_box_in_space_is_a_block() {
         let hole = Region::Sphere { center: [1.0, 0.5, 0.0], radius: 0.2 };
-        assert!(of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), hole), ElementSize { cell: 0.1, across: 1 }, 2).is_none());
+        assert!(
+            of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), hole), ElementSize { cell: 0.1, across: 1 }, 2).is_none()
+        );
         let notch = Region::Sphere { center: [1.0, 1.0, 0.0], radius: 0.2 };
-        assert!(of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), notch), ElementSize { cell: 0.1, across: 1 }, 2).is_none());
+        assert!(
+            of_region(&without(plate([0.0, 0.0], [2.0, 1.0]), notch), ElementSize { cell: 0.1, across: 1 }, 2)
+                .is_none()
+        );
         let bar = Region::Box { lower: [0.0; 3], upper: [3.0, 1.0, 1.0] };
         let plane = Region::HalfSpace { point: [1.0, 0.0, 0.0], normal: [0.8, 0.6, 0.0] };
         let mesh = QuadraticMesh::fill(&without(bar, plane), 0.25, 3).unwrap();

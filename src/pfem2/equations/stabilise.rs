@@ -41,8 +41,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         if !self.contents.pure[e] || content.volume_over_density == 0.0 || volume == 0.0 {
             return Vector::ZERO;
         }
-        let slope =
-            (0..N).map(|k| self.mesh.simplex(e).gradient[k] * self.pressure[nodes[k] as usize]).sum::<Vector<D>>();
+        let nodal = nodes.map(|node| self.pressure[node as usize]);
+        let pressure = self.immersed.as_ref().map_or(nodal, |immersed| immersed.pressures(e, nodal));
+        let slope = (0..N).map(|k| self.mesh.simplex(e).gradient[k] * pressure[k]).sum::<Vector<D>>();
         let force = self.elements(convected).drive(e, false).forces_of(&self.equations, [true; N]);
         let inertia = match self.physics.stabilisation {
             Stabilisation::ConsistentPspg | Stabilisation::Dynamic => self.mean_acceleration(e, convected),

@@ -73,7 +73,10 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             element.add_openings(part, fluid, &corners, &velocities);
         }
         match fluid.enrichment {
-            Enrichment::None => element.add_trace(trace, &velocities.maps),
+            Enrichment::None => {
+                element.add_trace(trace, &velocities.maps);
+                element.take_sides(cut, fluid, &corners);
+            }
             _ => enrich(&mut element, &parent.gradient, &parts, fluid, equations, &velocities),
         }
         element

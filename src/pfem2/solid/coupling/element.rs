@@ -1,6 +1,7 @@
 //! Rows and columns of an element that the surface of a solid cuts, in the unknowns of its nodes and of the nodes of
 //! the solid that its cut points move with (theory J.3).
 
+use super::one_sided::OneSidedPressure;
 use super::trace::TracePoint;
 use super::walls::WallShare;
 use crate::math::{Tensor, Vector};
@@ -24,6 +25,10 @@ pub struct CoupledElement<const D: usize, const N: usize> {
     pub on_walls: Vec<WallShare<D, N>>,
     /// Facets of its fluid part at openings.
     pub openings: Vec<Opening<D>>,
+    /// Pressures of nodes inside that follow those of the nodes outside.
+    pub(super) one_sided: Vec<OneSidedPressure>,
+    /// Local nodes outside, where there are such pressures.
+    pub(super) outside: Vec<usize>,
     /// Rows and columns of its nodes.
     pub blocks: [[Block<N>; N]; N],
     /// Right-hand side of its nodes.
@@ -106,6 +111,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             energy: 0.0,
             on_walls: Vec::new(),
             openings: Vec::new(),
+            one_sided: Vec::new(),
+            outside: Vec::new(),
             blocks: [[[[0.0; N]; N]; N]; N],
             loads: [[0.0; N]; N],
             to_fluid: vec![[[[0.0; D]; N]; N]; count],

@@ -171,6 +171,26 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
+    /// True for a node inside whose pressure on each side of the solid follows from those of the nodes outside.
+    pub(in crate::pfem2::solid) fn has_two_sides(&self, mesh: &Mesh<D, N>, node: u32) -> bool {
+        let is_two_sided = |e: &u32| match self.cut.state[*e as usize] {
+            ElementState::Cut(place) => {
+                let own = &self.cut.elements[place as usize];
+                own.nodes_of_two_sides().any(|k| own.nodes[k] == node)
+            }
+            _ => false,
+        };
+        mesh.elements_around(node as usize).iter().any(is_two_sided)
+    }
+
+    /// The pressures of the nodes of an element in its fluid, given those of the nodes of the mesh [Pa].
+    pub fn pressures(&self, element: usize, nodal: [f64; N]) -> [f64; N] {
+        match self.cut.state[element] {
+            ElementState::Cut(place) => self.elements[place as usize].pressures(nodal),
+            _ => nodal,
+        }
+    }
+
     /// True if the pressure of a node acts in an element.
     fn ties(&self, element: usize, nodes: &[u32; N], node: u32) -> bool {
         match self.cut.state[element] {

@@ -24,6 +24,7 @@ pub mod fluid_part;
 pub mod immersed;
 mod near_nodes;
 mod node_coupling;
+mod one_sided;
 mod openings;
 pub(in crate::pfem2) mod pressure_stiffness;
 pub(in crate::pfem2) mod trace;

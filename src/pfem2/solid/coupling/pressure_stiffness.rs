@@ -20,7 +20,7 @@ use crate::pfem2::solid::surface::SolidSurface;
 /// Facets per piece of a parallel loop.
 const PIECE: usize = 8;
 
-/// The pressure of the fluid at the nodes where it has one, none where no fluid is near [Pa].
+/// The pressure of the fluid at the nodes where it has one, none where no fluid is near or several sides have their own [Pa].
 pub struct FluidPressure(Vec<Option<f64>>);
 
 impl FluidPressure {
@@ -29,7 +29,8 @@ impl FluidPressure {
         let mut nodal: Vec<Option<f64>> = pressure.iter().copied().map(Some).collect();
         for inside in &immersed.cut.inside {
             let has_fluid = |e: &u32| immersed.has_fluid(*e as usize);
-            if !mesh.elements_around(inside.node as usize).iter().any(has_fluid) {
+            let around = mesh.elements_around(inside.node as usize);
+            if !around.iter().any(has_fluid) || immersed.has_two_sides(mesh, inside.node) {
                 nodal[inside.node as usize] = None;
             }
         }

@@ -97,7 +97,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             };
             self.state[element] = ElementState::Cut(self.elements.len() as u32);
             let (nodes, shapes) = (mesh.elements()[element], Vec::new());
-            self.elements.push(CutBySolid { element: element as u32, nodes, points, parts, shapes, share: 1.0 });
+            self.elements.push(CutBySolid { shapes, ..CutBySolid::new(element as u32, nodes, points, parts) });
         }
         Some(())
     }

@@ -85,7 +85,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             return;
         }
         self.state[element as usize] = ElementState::Cut(self.elements.len() as u32);
-        self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
+        self.elements.push(CutBySolid::new(element, nodes, points, parts));
     }
 
     /// The edges that films cross, ascending.

@@ -39,6 +39,7 @@ mod slip_on_chords;
 mod solid_edges;
 #[cfg(test)]
 mod tests;
+mod two_sided;
 
 use super::setup::SurfaceCondition;
 use super::surface::{NodeWeights, SolidSurface};
@@ -113,6 +114,10 @@ pub struct CutBySolid<const N: usize> {
     pub nodes: [u32; N],
     /// Its cut points, places in [`SolidCut::points`].
     pub points: Vec<u32>,
+    /// True for its nodes outside of solids.
+    pub outside: [bool; N],
+    /// True for its nodes inside with fluid on several sides of the solid (theory J.2b).
+    pub two_sided: [bool; N],
     /// The part outside of solids.
     pub parts: Vec<FluidSimplex<N>>,
     /// Shape functions of the element at the corners of each of them.
@@ -122,6 +127,12 @@ pub struct CutBySolid<const N: usize> {
 }
 
 impl<const N: usize> CutBySolid<N> {
+    /// An element with its cut points and its parts outside, whose places are not known yet.
+    fn new(element: u32, nodes: [u32; N], points: Vec<u32>, parts: Vec<FluidSimplex<N>>) -> Self {
+        let [outside, two_sided] = [[false; N]; 2];
+        Self { element, nodes, points, outside, two_sided, parts, shapes: Vec::new(), share: 1.0 }
+    }
+
     /// Finds where the corners of its parts are in the element, given the cut points.
     fn place<const D: usize>(&mut self, mesh: &Mesh<D, N>, points: &[CutPoint<D>]) {
         let shape = |vertex: Vertex| match vertex {
@@ -161,6 +172,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         cut.keep_volume(mesh, surface);
         cut.glide_along_edges();
         cut.glide_along_chords(mesh);
+        cut.mark_two_sided(mesh);
         let points = &cut.points;
         parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
@@ -187,7 +199,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let points = parts::cut_edges(inside).into_iter().map(&mut number).collect();
             self.state[element as usize] = ElementState::Cut(self.elements.len() as u32);
             let parts = parts::outside(&nodes, inside);
-            self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
+            self.elements.push(CutBySolid::new(element, nodes, points, parts));
         }
         edges
     }

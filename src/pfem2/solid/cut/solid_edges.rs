@@ -269,7 +269,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             _ => {
                 self.state[crossed.element] = ElementState::Cut(self.elements.len() as u32);
                 let (element, nodes) = (crossed.element as u32, crossed.nodes);
-                self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
+                self.elements.push(CutBySolid::new(element, nodes, points, parts));
             }
         }
     }
