@@ -11,6 +11,7 @@ mod groups;
 pub use groups::Groups;
 
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::io;
 use std::iter::Sum;
 use std::ops::{Add, Range};
@@ -300,6 +301,21 @@ pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
 /// ```
 pub fn max(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(0.0, f64::max), f64::max).unwrap_or(0.0)
+}
+
+/// Sorts entries. Those that compare as equal must be alike: which of them comes first is not said.
+///
+/// ```
+/// use lateen::parallel;
+///
+/// let mut blocks: Vec<[u32; 2]> = (0..100_000).map(|n| [n * 7919 % 1009, n % 3]).collect();
+/// let mut expected = blocks.clone();
+/// parallel::sort_unstable_by(&mut blocks, |a, b| b.cmp(a));
+/// expected.sort_by(|a, b| b.cmp(a));
+/// assert_eq!(blocks, expected);
+/// ```
+pub fn sort_unstable_by<T: Send>(entries: &mut [T], order: impl Fn(&T, &T) -> Ordering + Sync) {
+    entries.par_sort_unstable_by(order);
 }
 
 /// The results of `work` on each of the parts, in their order; each is a task.
