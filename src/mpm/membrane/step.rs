@@ -32,12 +32,12 @@ impl<const D: usize> Membrane<D> {
             return Err(self.broken(t));
         }
         let ledger = &mut self.ledger;
-        ledger.strain = match self.sheet.kind() {
-            SheetKind::Rate => ledger.strain + sums.strain,
-            SheetKind::Total => sums.strain,
-        };
-        ledger.hourglass += sums.hourglass;
-        ledger.stiffness_damping += sums.damping;
+        match self.sheet.kind() {
+            SheetKind::Rate => ledger.strain.add(sums.strain),
+            SheetKind::Total => ledger.strain = sums.strain.into(),
+        }
+        ledger.hourglass.add(sums.hourglass);
+        ledger.stiffness_damping.add(sums.damping);
         ledger.frequency2 = sums.frequency2;
         self.pressure.update(t, &self.elements, &self.position);
         self.check_loads(t)?;
@@ -152,9 +152,7 @@ impl<const D: usize> Membrane<D> {
 
     /// Impulses since the start [N s]: of pressure, gravity and damping; of contact; of the supports.
     pub fn impulses(&self) -> [Vector<D>; 3] {
-        let ledger = &self.ledger;
-        [ledger.external_impulse, ledger.contact_impulse, ledger.support_impulse]
-            .map(|j| Vector::from_fn(|axis| j[axis]))
+        self.ledger.impulses().map(|j| Vector::from_fn(|axis| j[axis]))
     }
 
     /// Adds the work and impulse of every force of this step, with the mean velocity.
@@ -169,17 +167,17 @@ impl<const D: usize> Membrane<D> {
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
         let ledger = &mut self.ledger;
-        ledger.elements += work.elements * dt;
         ledger.half_step = -work.elements_new * 0.5 * dt;
-        ledger.pressure += work.pressure * dt;
-        ledger.gravity += work.gravity * dt;
-        ledger.contact += work.contact * dt;
-        ledger.mass_damping += work.damping * dt;
-        ledger.supports += support_work;
+        ledger.elements.add(work.elements * dt);
+        ledger.pressure.add(work.pressure * dt);
+        ledger.gravity.add(work.gravity * dt);
+        ledger.contact.add(work.contact * dt);
+        ledger.mass_damping.add(work.damping * dt);
+        ledger.supports.add(support_work);
         for axis in 0..D {
-            ledger.external_impulse[axis] += work.external_force[axis] * dt;
-            ledger.contact_impulse[axis] += work.contact_force[axis] * dt;
-            ledger.support_impulse[axis] += support_impulse[axis];
+            ledger.external_impulse[axis].add(work.external_force[axis] * dt);
+            ledger.contact_impulse[axis].add(work.contact_force[axis] * dt);
+            ledger.support_impulse[axis].add(support_impulse[axis]);
         }
     }
 
