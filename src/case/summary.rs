@@ -7,6 +7,7 @@ use super::{CaseFile, LinearKind};
 use crate::linalg::Pattern;
 use crate::math::Vector;
 use crate::mpm::{EDGE, Setup};
+use crate::parallel;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
@@ -71,7 +72,8 @@ pub struct MembraneSummary {
 }
 
 fn body_summary<const D: usize>(body: &crate::mpm::BodySetup<D>) -> BodySummary {
-    BodySummary { name: body.name.clone(), particles: body.position.len(), volume: body.volume.iter().sum() }
+    let volume = parallel::sum(body.volume.len(), |p| body.volume[p]);
+    BodySummary { name: body.name.clone(), particles: body.position.len(), volume }
 }
 
 fn membrane_summary<const D: usize>(membrane: &crate::mpm::MembraneSetup<D>) -> MembraneSummary {
@@ -288,15 +290,15 @@ impl std::fmt::Display for CaseSummary {
 /// Particles and volume of each phase.
 fn bodies_of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Vec<BodySummary> {
     let (mesh, particles) = (&setup.mesh, &setup.particles);
-    let count = |fluid: usize| particles.phase.iter().filter(|&&f| usize::from(f) == fluid).count();
+    let is_of = |p: usize, phase: usize| usize::from(particles.phase[p]) == phase;
+    let count = |phase: usize| parallel::count(particles.len(), |p| is_of(p, phase));
     // Elements that a solid cuts have fewer particles, not larger ones.
-    let full = (0..mesh.elements().len()).map(|e| particles.of(e).len()).max().unwrap_or(1).max(1);
-    let within = |e: usize| if setup.solids.is_none() { particles.of(e).len().max(1) } else { full };
-    let share = |e: usize| mesh.simplex(e).volume / within(e) as f64;
-    let volume = |fluid: usize| {
-        let own = (0..particles.len()).filter(|&p| usize::from(particles.phase[p]) == fluid);
-        own.map(|p| share(particles.element[p] as usize)).sum()
-    };
+    let full = parallel::max(mesh.elements().len(), |e| particles.of(e).len() as f64).max(1.0);
+    let is_cut = setup.solids.is_some();
+    let within = |e: usize| if is_cut { full } else { particles.of(e).len().max(1) as f64 };
+    let share = |e: usize| mesh.simplex(e).volume / within(e);
+    let own = |p: usize, phase: usize| if is_of(p, phase) { share(particles.element[p] as usize) } else { 0.0 };
+    let volume = |phase: usize| parallel::sum(particles.len(), |p| own(p, phase));
     let fluids = setup.fluids.iter().map(|fluid| &fluid.name);
     let names = fluids.chain(setup.particle_solids.iter().map(|solid| &solid.name));
     names

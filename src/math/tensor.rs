@@ -196,6 +196,12 @@ impl<const D: usize> AddAssign for Tensor<D> {
     }
 }
 
+impl<const D: usize> std::iter::Sum for Tensor<D> {
+    fn sum<I: Iterator<Item = Self>>(iter: I) -> Self {
+        iter.fold(Self::ZERO, |a, b| a + b)
+    }
+}
+
 impl<const D: usize> Sub for Tensor<D> {
     type Output = Self;
     #[inline(always)]

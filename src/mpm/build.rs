@@ -182,7 +182,7 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
 fn check_body<const D: usize>(body: &BodySetup<D>, grid: &GridSetup<D>, mut require: impl FnMut(bool, &str, String)) {
     let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
     let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));
-    let outside = body.position.iter().filter(|x| !inside(x)).count();
+    let outside = parallel::count(body.position.len(), |p| !inside(&body.position[p]));
     require(outside == 0, ".region", format!("{outside} particles of `{}` lie outside the grid", body.name));
     let message = format!("`{}` has no particles: the region is smaller than the spacing", body.name);
     require(!body.position.is_empty(), ".region", message);
@@ -230,7 +230,7 @@ fn build_body<const D: usize>(
     };
     set_first_state(&mut particles, &*setup.law, &setup.state, &setup.volume)?;
     let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
-    let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
+    let width = parallel::sum(n, |p| particles.volume[p].powf(1.0 / D as f64)) / n.max(1) as f64;
     let kernel = Kernel::new(kernel, 0.5 * width / cell);
     let body = Body::new(setup.name, setup.law.into(), kernel, particles);
     Ok(Body { skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
@@ -267,8 +267,8 @@ fn set_first_state<const D: usize>(
 
 /// The masses below which the nodes of each field are small, from the lightest particle among its bodies.
 fn mass_cutoffs<const D: usize>(bodies: &Bodies<D>, kernel: Kernel, transfer: &Transfer) -> Vec<MassCutoffs> {
-    let masses = |field: usize| bodies.field(field).iter().flat_map(|body| body.particles.mass.iter().copied());
-    let lightest = |field: usize| masses(field).fold(f64::INFINITY, f64::min);
+    let lightest_of = |body: &Body<D>| parallel::min(body.particles.len(), |p| body.particles.mass[p]);
+    let lightest = |field: usize| bodies.field(field).iter().map(lightest_of).fold(f64::INFINITY, f64::min);
     (0..bodies.field_count()).map(|field| MassCutoffs::new(kernel, transfer, lightest(field))).collect()
 }
 

@@ -11,8 +11,10 @@ mod groups;
 pub use groups::Groups;
 
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::io;
-use std::ops::Range;
+use std::iter::Sum;
+use std::ops::{Add, Range};
 use std::sync::{Mutex, PoisonError};
 
 /// Entries per chunk of a deterministic reduction.
@@ -243,15 +245,44 @@ pub fn map_into<A: Sync, B: Send + Clone + Default>(from: &[A], to: &mut Vec<B>,
     });
 }
 
-/// The sum of `term` over `0..len`.
+/// The sum of `term` over `0..len`, of numbers as of vectors; zero when empty.
+///
+/// ```
+/// use lateen::math::Vector;
+/// use lateen::parallel;
+///
+/// assert_eq!(parallel::sum(100_000, |n| n as f64), 0.5 * 99_999.0 * 100_000.0);
+/// assert_eq!(parallel::sum(3, |n| Vector([1.0, n as f64])), Vector([3.0, 3.0]));
+/// ```
+pub fn sum<T: Send + Default + Sum + Add<Output = T>>(len: usize, term: impl Fn(usize) -> T + Sync + Send) -> T {
+    reduce(len, |range| range.map(&term).sum(), |a: T, b| a + b).unwrap_or_default()
+}
+
+/// How many numbers below `len` `holds` is true of.
 ///
 /// ```
 /// use lateen::parallel;
 ///
-/// assert_eq!(parallel::sum(100_000, |n| n as f64), 0.5 * 99_999.0 * 100_000.0);
+/// assert_eq!(parallel::count(100_000, |n| n % 3 == 0), 33_334);
 /// ```
-pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
-    reduce(len, |range| range.map(&term).sum::<f64>(), |a, b| a + b).unwrap_or(0.0)
+pub fn count(len: usize, holds: impl Fn(usize) -> bool + Sync + Send) -> usize {
+    sum(len, |n| usize::from(holds(n)))
+}
+
+/// Lower and upper corner of the box around the places `0..len`; infinity and its negative when empty. NaN counts as
+/// nothing.
+///
+/// ```
+/// use lateen::parallel;
+///
+/// assert_eq!(parallel::corners(3, |n| [n as f64, -(n as f64)]), [[0.0, -2.0], [2.0, 0.0]]);
+/// ```
+pub fn corners<const D: usize>(len: usize, place: impl Fn(usize) -> [f64; D] + Sync + Send) -> [[f64; D]; 2] {
+    let empty = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
+    let both = |[low, high]: [[f64; D]; 2], [lower, upper]: [[f64; D]; 2]| {
+        [std::array::from_fn(|a| low[a].min(lower[a])), std::array::from_fn(|a| high[a].max(upper[a]))]
+    };
+    reduce(len, |range| range.map(&place).fold(empty, |found, x| both(found, [x, x])), both).unwrap_or(empty)
 }
 
 /// The least `term` over `0..len`; infinity when empty. NaN wins, so that it is noticed.
@@ -270,6 +301,21 @@ pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
 /// ```
 pub fn max(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(0.0, f64::max), f64::max).unwrap_or(0.0)
+}
+
+/// Sorts entries. Those that compare as equal must be alike: which of them comes first is not said.
+///
+/// ```
+/// use lateen::parallel;
+///
+/// let mut blocks: Vec<[u32; 2]> = (0..100_000).map(|n| [n * 7919 % 1009, n % 3]).collect();
+/// let mut expected = blocks.clone();
+/// parallel::sort_unstable_by(&mut blocks, |a, b| b.cmp(a));
+/// expected.sort_by(|a, b| b.cmp(a));
+/// assert_eq!(blocks, expected);
+/// ```
+pub fn sort_unstable_by<T: Send>(entries: &mut [T], order: impl Fn(&T, &T) -> Ordering + Sync) {
+    entries.par_sort_unstable_by(order);
 }
 
 /// The results of `work` on each of the parts, in their order; each is a task.
@@ -305,5 +351,24 @@ mod tests {
         assert_eq!(map_parts(squares, |square| square + 1)[999], 999 * 999 + 1);
         assert_eq!(collect(0, 4, |n| n), Vec::<usize>::new());
         assert!(threads() > 0);
+    }
+
+    /// Beyond a chunk and below it, with entries that count as nothing.
+    #[test]
+    fn sums_and_extremes_are_those_of_a_plain_loop() {
+        for len in [0, 1, CHUNK - 1, CHUNK, 3 * CHUNK + 17] {
+            let place = |n: usize| [(n * 7919 % 10_007) as f64, -((n * 104_729 % 9973) as f64)];
+            let x = |n: usize| if n % 1000 == 999 { [f64::NAN; 2] } else { place(n) };
+            let all: f64 = (0..len).map(|n| place(n)[0]).sum();
+            assert_eq!(sum(len, |n| place(n)[0]), all);
+            assert_eq!(sum(len, |n| n), (0..len).sum::<usize>());
+            assert_eq!(count(len, |n| n % 5 == 2), (0..len).filter(|n| n % 5 == 2).count());
+            let extreme = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
+                (0..len).map(|n| x(n)[axis]).filter(|x| !x.is_nan()).fold(start, pick)
+            };
+            let lower = [0, 1].map(|axis| extreme(axis, f64::INFINITY, f64::min));
+            let upper = [0, 1].map(|axis| extreme(axis, f64::NEG_INFINITY, f64::max));
+            assert_eq!(corners(len, x), [lower, upper]);
+        }
     }
 }

@@ -189,8 +189,8 @@ macro_rules! numbers {
 }
 numbers!(f64, f32, u32, i32, u64, u8);
 
-impl<T: Number, const N: usize> Record for [T; N] {
-    type Number = T;
+impl<R: Record, const N: usize> Record for [R; N] {
+    type Number = R::Number;
 }
 
 impl<const D: usize> Record for crate::math::Vector<D> {

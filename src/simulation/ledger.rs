@@ -128,6 +128,12 @@ impl CompensatedSum {
     }
 }
 
+impl From<f64> for CompensatedSum {
+    fn from(sum: f64) -> Self {
+        Self { sum, lost: 0.0 }
+    }
+}
+
 impl Record for CompensatedSum {
     type Number = f64;
 }

@@ -135,11 +135,11 @@ fn modules_import_what_the_table_allows_and_all_of_it() {
     assert!(wrong.is_empty(), "against the table of ARCHITECTURE.md:\n{}", wrong.join("\n"));
 }
 
-/// Loops go through `parallel`, so that sums have one place and one order; the transfers, with their sort, and the
-/// linear algebra cut their work themselves.
+/// Loops go through `parallel`, so that sums have one place and one order; the transfers and the linear algebra cut
+/// their work themselves.
 #[test]
 fn only_parallel_transfers_and_linalg_use_rayon() {
-    let rooms = ["src/parallel", "src/mpm/bins", "src/mpm/transfer", "src/linalg"];
+    let rooms = ["src/parallel", "src/mpm/transfer", "src/linalg"];
     let mut files = Vec::new();
     sources(&root().join("src"), &mut files);
     let names = |path: &PathBuf| without_tests(&fs::read_to_string(path).unwrap()).contains("rayon");

@@ -11,9 +11,9 @@ use crate::math::Vector;
 use crate::mpm::Kernel;
 use crate::mpm::grid::tile::{Extent, TILE};
 use crate::mpm::grid::{EDGE, Grid};
+use crate::parallel;
 use crate::simulation::Record;
 use bytemuck::{Pod, Zeroable};
-use rayon::prelude::*;
 use sort::{slowest_last, sort};
 use std::ops::Range;
 
@@ -56,6 +56,9 @@ pub(crate) struct Disorder {
 impl Record for Disorder {
     type Number = f64;
 }
+
+/// Bins per piece of a parallel loop.
+const BINS: usize = 64;
 
 /// A sort takes about as long as this many visits of nodes per particle.
 const SORT_COST: f64 = 0.7;
@@ -144,7 +147,7 @@ impl<const D: usize> Bins<D> {
     pub fn blocks<'a>(all: impl Iterator<Item = &'a Self>) -> Vec<[i32; D]> {
         let bins = all.flat_map(|bins| &bins.bins);
         let mut blocks: Vec<_> = bins.flat_map(|bin| neighbours(bin.block)).collect();
-        blocks.par_sort_unstable_by(slowest_last);
+        parallel::sort_unstable_by(&mut blocks, slowest_last);
         blocks.dedup();
         blocks
     }
@@ -153,7 +156,8 @@ impl<const D: usize> Bins<D> {
     pub fn locate(&mut self, grid: &Grid<D>) {
         let slot =
             |block: [i32; D]| grid.find(block.map(|b| b * EDGE as i32)).map_or(0, |n| (n / Grid::<D>::BLOCK) as u32);
-        self.slots = self.bins.par_iter().map(|bin| neighbours(bin.block).map(slot).collect()).collect();
+        let bins = &self.bins;
+        self.slots = parallel::collect(bins.len(), BINS, |b| neighbours(bins[b].block).map(slot).collect());
     }
 }
 

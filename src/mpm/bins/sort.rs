@@ -6,8 +6,9 @@
 use crate::math::Vector;
 use crate::mpm::Kernel;
 use crate::mpm::grid::EDGE;
+use crate::parallel::{self, CHUNK};
 use hashbrown::HashMap;
-use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Cells of a block along an axis; a window that begins half a cell beyond the supports has one more.
@@ -29,22 +30,23 @@ pub(super) struct Order<const D: usize> {
 
 /// Sorts positions [m]; the kernel decides about the cells.
 pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vector<D>, cell: f64) -> Order<D> {
-    let places: Vec<CellInBlock<D>> = x.par_iter().map(|&x| place(kernel, (x - origin) * (1.0 / cell))).collect();
+    let mut places: Vec<CellInBlock<D>> = vec![([0; D], 0); x.len()];
+    parallel::fill(&mut places, CHUNK, |p| place(kernel, (x[p] - origin) * (1.0 / cell)));
     let blocks = blocks(&places);
     let cells = CELLS.pow(D as u32);
     let slots: HashMap<[i32; D], usize> =
         blocks.iter().enumerate().map(|(slot, &block)| (block, slot * cells)).collect();
-    let share = places.len().div_ceil(PARTS).max(crate::parallel::CHUNK);
+    let share = places.len().div_ceil(PARTS).max(CHUNK);
     let parts: Vec<&[CellInBlock<D>]> = places.chunks(share).collect();
-    let mut next: Vec<Vec<u32>> = parts.par_iter().map(|part| count(part, &slots, cells)).collect();
+    let mut next: Vec<Vec<u32>> = parallel::map_parts(&parts, |part| count(part, &slots, cells));
     let total = |b: usize| next.iter().flat_map(|counts| &counts[b * cells..][..cells]).map(|&n| n as usize).sum();
     let blocks = blocks.iter().enumerate().map(|(b, &block)| (block, total(b))).collect();
     place_after(&mut next);
     // Places are given once each, so that no two threads write to one.
-    let order: Vec<AtomicU32> = (0..x.len()).into_par_iter().map(|_| AtomicU32::new(0)).collect();
-    parts.par_iter().zip(&mut next).enumerate().for_each(|(number, (part, next))| {
+    let order: Vec<AtomicU32> = std::iter::repeat_with(AtomicU32::default).take(x.len()).collect();
+    parallel::change(&mut next, 1, |number, next| {
         let mut last = LastSlot { slots: &slots, block: [i32::MIN; D], slot: 0 };
-        for ((block, local), p) in part.iter().zip((number * share) as u32..) {
+        for ((block, local), p) in parts[number].iter().zip((number * share) as u32..) {
             let place = &mut next[last.find(block) + *local as usize];
             order[*place as usize].store(p, Ordering::Relaxed);
             *place += 1;
@@ -85,14 +87,14 @@ fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> CellInBlock<D> {
 /// The different blocks, z slowest.
 fn blocks<const D: usize>(places: &[CellInBlock<D>]) -> Vec<[i32; D]> {
     // Neighbours in memory are mostly neighbours in space.
-    let first = |part: &[CellInBlock<D>]| {
-        let mut blocks: Vec<[i32; D]> = part.iter().map(|place| place.0).collect();
+    let first = |range: Range<usize>| {
+        let mut blocks: Vec<[i32; D]> = places[range].iter().map(|place| place.0).collect();
         blocks.dedup();
         blocks.sort_unstable_by(slowest_last);
         blocks.dedup();
         blocks
     };
-    let mut blocks: Vec<[i32; D]> = places.par_chunks(crate::parallel::CHUNK).flat_map_iter(first).collect();
+    let mut blocks: Vec<[i32; D]> = parallel::map_ranges(places.len(), CHUNK, first).concat();
     blocks.sort_unstable_by(slowest_last);
     blocks.dedup();
     blocks
@@ -117,5 +119,37 @@ impl<const D: usize> LastSlot<'_, D> {
             (self.block, self.slot) = (*block, self.slots[block]);
         }
         self.slot
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mpm::KernelKind;
+
+    /// As a plain stable sort by block and cell, with more particles than the parts of the sort have in a chunk.
+    #[test]
+    fn the_order_is_that_of_a_stable_sort_by_block_and_cell() {
+        let count = 5 * CHUNK + 321;
+        let coordinate = |n: usize, factor: usize| (n * factor % 100_003) as f64 / 100_003.0 * 40.0 - 13.0;
+        let x: Vec<Vector<2>> =
+            (0..count).map(|n| Vector([coordinate(n, 7919), coordinate(n, 104_729)]) * 0.1).collect();
+        for &kind in KernelKind::ALL {
+            let kernel = Kernel::new(kind, 0.25);
+            let places: Vec<CellInBlock<2>> = x.iter().map(|&x| place(kernel, x * (1.0 / 0.1))).collect();
+            let mut expected: Vec<u32> = (0..count as u32).collect();
+            expected.sort_by_key(|&p| {
+                let (block, cell) = places[p as usize];
+                (block[1], block[0], cell)
+            });
+            let sorted = sort(kernel, &x, Vector::ZERO, 0.1);
+            assert_eq!(sorted.order, expected);
+            let mut rest = &expected[..];
+            for (block, count) in sorted.blocks {
+                let own = rest.split_off(..count).unwrap();
+                assert!(!own.is_empty() && own.iter().all(|&p| places[p as usize].0 == block));
+            }
+            assert!(rest.is_empty());
+        }
     }
 }

@@ -15,8 +15,6 @@
 
 use crate::math::Vector;
 use crate::mpm::Friction;
-use crate::simulation::Record;
-use bytemuck::{Pod, Zeroable};
 
 /// A body that touches the middle partner at this node.
 #[derive(Debug, Clone, Copy)]
@@ -48,16 +46,11 @@ impl<const D: usize> Impulse<D> {
 }
 
 /// Energy that one pair has dissipated [J].
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PairDissipation {
     /// Inelastic impact along the normals.
     pub normal: f64,
     pub friction: f64,
-}
-
-impl Record for PairDissipation {
-    type Number = f64;
 }
 
 /// Sums over the contact with one body in a step.

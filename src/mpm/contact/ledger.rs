@@ -1,9 +1,10 @@
 //! Named contact forces, the energy that contact has dissipated, and counts of particles that crossed sheets (theory
 //! D.15, D.16).
 
-use super::impulse::{ContactTotals, PairDissipation};
+use super::impulse::ContactTotals;
 use crate::math::Vector;
-use crate::simulation::{Column, SaidOnce};
+use crate::simulation::{Column, CompensatedSum, Record, SaidOnce};
+use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
 
 /// The energy that contact has dissipated since the start [J] (theory D.16).
@@ -27,6 +28,20 @@ struct NamedForce<const D: usize> {
     value: Vector<D>,
 }
 
+/// Energy that a pair has dissipated since the start [J].
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+struct PairLosses {
+    /// Inelastic impact along the normals.
+    normal: CompensatedSum,
+    /// Friction.
+    friction: CompensatedSum,
+}
+
+impl Record for PairLosses {
+    type Number = f64;
+}
+
 /// Forces and losses of all pairs that touch: each field with each sheet, then fields with each other.
 #[derive(Debug)]
 pub(super) struct ContactLedger<const D: usize> {
@@ -34,11 +49,11 @@ pub(super) struct ContactLedger<const D: usize> {
     /// Index of the force of each pair: parts of one body share one.
     force_of: Vec<usize>,
     /// Energy that each pair has dissipated since the start.
-    dissipated: Vec<PairDissipation>,
+    dissipated: Vec<PairLosses>,
     /// Mapping loss of each sheet since the start [J].
-    mapping: Vec<f64>,
+    mapping: Vec<CompensatedSum>,
     /// Angular momentum that contact of sheets has added since the start [N m s].
-    spin: [f64; 3],
+    spin: [CompensatedSum; 3],
 }
 
 impl<const D: usize> ContactLedger<D> {
@@ -54,13 +69,14 @@ impl<const D: usize> ContactLedger<D> {
             }
             force_of.push(number);
         }
-        let dissipated = vec![PairDissipation::default(); force_of.len()];
-        Self { forces, force_of, dissipated, mapping: vec![0.0; sheets], spin: [0.0; 3] }
+        let dissipated = vec![PairLosses::default(); force_of.len()];
+        let mapping = vec![CompensatedSum::default(); sheets];
+        Self { forces, force_of, dissipated, mapping, spin: Default::default() }
     }
 
     /// Records the energy [J] that a sheet has lost in mapping.
     pub fn record_mapping_loss(&mut self, sheet: usize, lost: f64) {
-        self.mapping[sheet] += lost;
+        self.mapping[sheet].add(lost);
     }
 
     /// Records forces and losses of all pairs in a step of length `dt` [s].
@@ -68,9 +84,9 @@ impl<const D: usize> ContactLedger<D> {
         self.forces.iter_mut().for_each(|force| force.value = Vector::ZERO);
         for (index, totals) in pairs.enumerate() {
             self.forces[self.force_of[index]].value += totals.impulse / dt;
-            self.dissipated[index].normal += totals.dissipated.normal;
-            self.dissipated[index].friction += totals.dissipated.friction;
-            (0..3).for_each(|axis| self.spin[axis] += totals.spin[axis]);
+            self.dissipated[index].normal.add(totals.dissipated.normal);
+            self.dissipated[index].friction.add(totals.dissipated.friction);
+            (0..3).for_each(|axis| self.spin[axis].add(totals.spin[axis]));
         }
     }
 
@@ -82,10 +98,10 @@ impl<const D: usize> ContactLedger<D> {
     /// The energy that was dissipated since the start.
     pub fn losses(&self) -> Losses {
         Losses {
-            normal: self.dissipated.iter().map(|pair| pair.normal).sum(),
-            friction: self.dissipated.iter().map(|pair| pair.friction).sum(),
-            mapping: self.mapping.iter().sum(),
-            spin: self.spin,
+            normal: self.dissipated.iter().map(|pair| pair.normal.value()).sum(),
+            friction: self.dissipated.iter().map(|pair| pair.friction.value()).sum(),
+            mapping: self.mapping.iter().map(|lost| lost.value()).sum(),
+            spin: self.spin.map(CompensatedSum::value),
         }
     }
 
@@ -145,5 +161,30 @@ impl ContactCounts {
         visit(&format!("{prefix}crossed"), Column::new(&mut self.crossed));
         visit(&format!("{prefix}held-back"), Column::scalar(&mut self.held_back));
         self.notices.column(&format!("{prefix}said"), visit);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::impulse::PairDissipation;
+    use super::*;
+
+    /// Ten thousand losses of less than half a unit in the last place of 10⁹: each of them alone is rounded off.
+    #[test]
+    fn small_losses_are_kept_beside_large_ones() {
+        const TERM: f64 = 5e-8;
+        let pairs = vec![["water", "sheet"].map(|name| vec![name.to_owned()])];
+        let mut ledger = ContactLedger::<3>::new(pairs, 1);
+        for amount in std::iter::once(1e9).chain(std::iter::repeat_n(TERM, 10_000)) {
+            let dissipated = PairDissipation { normal: amount, friction: 2.0 * amount };
+            let totals = ContactTotals { impulse: Vector::ZERO, dissipated, spin: Vector([amount; 3]) };
+            ledger.record_step(std::iter::once(totals), 1.0);
+            ledger.record_mapping_loss(0, amount);
+        }
+        let expected = 1e9 + 1e4 * TERM;
+        let Losses { normal, friction, mapping, spin } = ledger.losses();
+        for found in [normal, 0.5 * friction, mapping, spin[0], spin[1], spin[2]] {
+            assert!((found - expected).abs() < 2e-7, "{found} {expected}");
+        }
     }
 }

@@ -363,7 +363,7 @@ impl<const D: usize> Contacts<D> {
         for ContactSheet { name: sheet, labels, .. } in &mut self.sheets {
             for (labels, (body, part)) in labels.iter_mut().zip(&self.bodies) {
                 let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
-                visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
+                visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.kept));
                 visit(&format!("{prefix}force-{kind}:{sheet}:{body}"), Column::growing(&mut labels.force));
             }
         }

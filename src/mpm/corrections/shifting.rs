@@ -28,7 +28,7 @@
 mod free_volume;
 
 use crate::math::{Tensor, Vector};
-use crate::mpm::contact::Contacts;
+use crate::mpm::contact::{Contacts, ParticleShift};
 use crate::mpm::coupling::Coupling;
 use crate::mpm::executor::{Executor, Scattering, Targets};
 use crate::mpm::grid::tile::{NodeRecord, put_scalar, put_velocity};
@@ -263,7 +263,8 @@ pub(in crate::mpm) fn displace<const D: usize>(
     let shifts = coupling.contact.restore(bodies, &positions).to_vec();
     for ((field, body), shifts) in bodies.with_fields_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
         let stencil = coupling.contact.stencil();
-        work += shifts.iter().map(|s| work_over(grid, field, body, stencil, s.particle as usize, s.by)).sum::<f64>();
+        let work_of = |s: &ParticleShift<D>| work_over(grid, field, body, stencil, s.particle as usize, s.by);
+        work += parallel::sum(shifts.len(), |n| work_of(&shifts[n]));
         body.bins.disorder.drift += largest(shifts.len(), |n| shifts[n].by) / grid.cell;
     }
     work
@@ -277,19 +278,21 @@ fn keep_out<const D: usize>(
     coupling: &Coupling<D>,
     step: &LeapfrogStep,
 ) -> f64 {
-    let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
+    let mut work = 0.0;
     for field in 0..grid.fields.len() {
         let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
         let shifts =
             walls.position_corrections(grid.cell, field, &BodiesAtWalls::of_field(bodies, field, &shielded), step);
-        for (number, particle, by) in shifts {
-            let body = &mut bodies[number];
-            work += work_over(grid, field, body, coupling.contact.stencil(), particle as usize, by);
-            body.particles.position[particle as usize] += by;
-            farthest[number] = farthest[number].max(by.norm() / grid.cell);
+        work += parallel::sum(shifts.len(), |n| {
+            let (number, particle, by) = shifts[n];
+            work_over(grid, field, &bodies[number], coupling.contact.stencil(), particle as usize, by)
+        });
+        for own in shifts.chunk_by(|a, b| a.0 == b.0) {
+            let body = &mut bodies[own[0].0];
+            own.iter().for_each(|&(_, particle, by)| body.particles.position[particle as usize] += by);
+            body.bins.disorder.drift += largest(own.len(), |n| own[n].2) / grid.cell;
         }
     }
-    bodies.iter_mut().zip(farthest).for_each(|(body, by)| body.bins.disorder.drift += by);
     work
 }
 

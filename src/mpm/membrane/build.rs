@@ -93,7 +93,7 @@ impl<const D: usize> Membrane<D> {
         let ledger = &mut self.ledger;
         let strain = if self.sheet.kind() == SheetKind::Total { sums.strain } else { 0.0 };
         (ledger.frequency2, ledger.kinetic_start) = (sums.frequency2, kinetic);
-        (ledger.strain, ledger.strain_start) = (strain, strain);
+        (ledger.strain, ledger.strain_start) = (strain.into(), strain);
         Ok(())
     }
 

@@ -11,6 +11,7 @@
 use super::Membrane;
 use super::connectivity::MembraneElements;
 use crate::math::Vector;
+use crate::parallel;
 use hashbrown::HashSet;
 
 /// A point that volumes are measured from, and +1 where normals point outwards, −1 where they point inwards.
@@ -27,8 +28,8 @@ impl<const D: usize> VolumeOrigin<D> {
         if !is_closed(elements) {
             return None;
         }
-        let origin = position.iter().copied().sum::<Vector<D>>() / position.len() as f64;
-        let volume: f64 = elements.iter().map(|nodes| cone(nodes, position, origin)).sum();
+        let origin = parallel::sum(position.len(), |k| position[k]) / position.len() as f64;
+        let volume = parallel::sum(elements.len(), |e| cone(elements.nodes(e), position, origin));
         Some(Self { origin, outward: volume.signum() })
     }
 }

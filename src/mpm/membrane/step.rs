@@ -4,6 +4,7 @@ use super::Membrane;
 use super::element::MembraneSums;
 use super::lanes::LANES;
 use super::ledger::Balance;
+use super::load::Prescribed;
 use super::shape::{ElementShape, FullQuadrilateral, Quadrilateral, Segment, Triangle};
 use super::task::{ElementTask, Run};
 use crate::error::{Place, StepError};
@@ -31,12 +32,12 @@ impl<const D: usize> Membrane<D> {
             return Err(self.broken(t));
         }
         let ledger = &mut self.ledger;
-        ledger.strain = match self.sheet.kind() {
-            SheetKind::Rate => ledger.strain + sums.strain,
-            SheetKind::Total => sums.strain,
-        };
-        ledger.hourglass += sums.hourglass;
-        ledger.stiffness_damping += sums.damping;
+        match self.sheet.kind() {
+            SheetKind::Rate => ledger.strain.add(sums.strain),
+            SheetKind::Total => ledger.strain = sums.strain.into(),
+        }
+        ledger.hourglass.add(sums.hourglass);
+        ledger.stiffness_damping.add(sums.damping);
         ledger.frequency2 = sums.frequency2;
         self.pressure.update(t, &self.elements, &self.position);
         self.check_loads(t)?;
@@ -141,8 +142,7 @@ impl<const D: usize> Membrane<D> {
 
     /// Momentum now [N s].
     pub fn momentum(&self) -> Vector<D> {
-        let chunk = |range: std::ops::Range<usize>| range.map(|k| self.velocity[k] * self.mass[k]).sum::<Vector<D>>();
-        parallel::reduce(self.mass.len(), chunk, |a, b| a + b).unwrap_or(Vector::ZERO)
+        parallel::sum(self.mass.len(), |k| self.velocity[k] * self.mass[k])
     }
 
     /// Energies now and works since the start.
@@ -152,9 +152,7 @@ impl<const D: usize> Membrane<D> {
 
     /// Impulses since the start [N s]: of pressure, gravity and damping; of contact; of the supports.
     pub fn impulses(&self) -> [Vector<D>; 3] {
-        let ledger = &self.ledger;
-        [ledger.external_impulse, ledger.contact_impulse, ledger.support_impulse]
-            .map(|j| Vector::from_fn(|axis| j[axis]))
+        self.ledger.impulses().map(|j| Vector::from_fn(|axis| j[axis]))
     }
 
     /// Adds the work and impulse of every force of this step, with the mean velocity.
@@ -169,17 +167,17 @@ impl<const D: usize> Membrane<D> {
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
         let ledger = &mut self.ledger;
-        ledger.elements += work.elements * dt;
         ledger.half_step = -work.elements_new * 0.5 * dt;
-        ledger.pressure += work.pressure * dt;
-        ledger.gravity += work.gravity * dt;
-        ledger.contact += work.contact * dt;
-        ledger.mass_damping += work.damping * dt;
-        ledger.supports += support_work;
+        ledger.elements.add(work.elements * dt);
+        ledger.pressure.add(work.pressure * dt);
+        ledger.gravity.add(work.gravity * dt);
+        ledger.contact.add(work.contact * dt);
+        ledger.mass_damping.add(work.damping * dt);
+        ledger.supports.add(support_work);
         for axis in 0..D {
-            ledger.external_impulse[axis] += work.external_force[axis] * dt;
-            ledger.contact_impulse[axis] += work.contact_force[axis] * dt;
-            ledger.support_impulse[axis] += support_impulse[axis];
+            ledger.external_impulse[axis].add(work.external_force[axis] * dt);
+            ledger.contact_impulse[axis].add(work.contact_force[axis] * dt);
+            ledger.support_impulse[axis].add(support_impulse[axis]);
         }
     }
 
@@ -204,19 +202,25 @@ impl<const D: usize> Membrane<D> {
 
     /// Work and impulse of the supports: what the momentum of their nodes changed by beyond the other forces.
     fn book_supports(&mut self, t: f64) -> (f64, Vector<D>) {
-        let (mut work, mut impulse, dt) = (0.0, Vector::ZERO, self.momentum_dt);
-        let mut reaction = std::mem::take(&mut self.supports.reaction);
-        reaction.fill([0.0; 3]);
-        let (gravity, drag) = (self.gravity_at(t), self.drag());
-        for p in self.supports.prescribed() {
+        let (gravity, drag, dt) = (self.gravity_at(t), self.drag(), self.momentum_dt);
+        let prescribed = self.supports.prescribed();
+        let impulse_on = |p: &Prescribed| {
             let (k, axis) = (p.node as usize, p.axis as usize);
             let (old, new, m) = (self.before[k][axis], self.velocity[k][axis], self.mass[k]);
             let body = m * (gravity.at(k) - self.before[k] * drag)[axis];
             let applied = self.element_force[k][axis] + self.pressure.at(k)[axis] + self.contact_at(k)[axis] + body;
-            let from_support = m * (new - old) - applied * dt;
-            work += from_support * 0.5 * (old + new);
-            impulse[axis] += from_support;
-            reaction[p.support as usize][axis] += from_support / dt;
+            m * (new - old) - applied * dt
+        };
+        let impulses = parallel::collect(prescribed.len(), NODES, |n| impulse_on(&prescribed[n]));
+        let work = parallel::sum(impulses.len(), |n| {
+            let (k, axis) = (prescribed[n].node as usize, prescribed[n].axis as usize);
+            impulses[n] * 0.5 * (self.before[k][axis] + self.velocity[k][axis])
+        });
+        let impulse = parallel::sum(impulses.len(), |n| Vector::unit(prescribed[n].axis as usize) * impulses[n]);
+        let mut reaction = std::mem::take(&mut self.supports.reaction);
+        reaction.fill([0.0; 3]);
+        for (p, impulse) in self.supports.prescribed().iter().zip(impulses) {
+            reaction[p.support as usize][p.axis as usize] += impulse / dt;
         }
         self.supports.reaction = reaction;
         (work, impulse)

@@ -215,11 +215,10 @@ impl<const D: usize> Body<D> {
 
     /// Work of all external forces and of the tractions among them over `dt` [J], and their impulse [N s].
     pub fn external_work(&self, dt: f64) -> (f64, f64, Vector<D>) {
-        let (external, mean) = (&self.work.external, &self.work.mean);
+        let (external, traction, mean) = (&self.work.external, &self.work.traction, &self.work.mean);
         let all = parallel::sum(external.len(), |p| external[p].dot(mean[p])) * dt;
-        let tractions = self.work.traction.iter().map(|&(p, force)| force.dot(mean[p])).sum::<f64>() * dt;
-        let sum = |range: std::ops::Range<usize>| range.map(|p| external[p]).sum::<Vector<D>>();
-        let force = parallel::reduce(external.len(), sum, |a, b| a + b).unwrap_or_default();
+        let tractions = parallel::sum(traction.len(), |n| traction[n].1.dot(mean[traction[n].0])) * dt;
+        let force = parallel::sum(external.len(), |p| external[p]);
         (all, tractions, force * dt)
     }
 }

@@ -219,8 +219,11 @@ fn moment_terms<const D: usize>(mpm: &Mpm<D>, impulse: Vector<3>, terms: &mut Ve
 
 /// Mass, momentum and angular momentum of a membrane about the origin.
 fn membrane_moments<const D: usize>(membrane: &Membrane<D>) -> (f64, Vector<3>, Vector<3>) {
-    let nodes = membrane.position.iter().zip(&membrane.velocity).zip(&membrane.mass);
-    let spin = nodes.map(|((x, v), m)| Vector(x.to3()).cross(Vector(v.to3())) * *m).sum();
+    let of_node = |k: usize| {
+        let (x, v) = (Vector(membrane.position[k].to3()), Vector(membrane.velocity[k].to3()));
+        x.cross(v) * membrane.mass[k]
+    };
+    let spin = crate::parallel::sum(membrane.mass.len(), of_node);
     (membrane.total_mass(), Vector(membrane.momentum().to3()), spin)
 }
 

@@ -25,6 +25,7 @@ use super::label::{UnitLabels, file_name};
 use super::set::{Set, SetQuantity, Start, expected};
 use super::ticks::{Shown, Ticks};
 use crate::error::{Diagnostic, Error, Result};
+use crate::parallel;
 use crate::simulation::{Monitor, Snapshot};
 use annotate::{Notes, annotate};
 use camera::{Camera, ProjectedPoint, STANDARD_VIEW};
@@ -255,6 +256,11 @@ fn pixel(spec: &PictureSpec) -> f64 {
     f64::from(spec.size[1]) / LOGICAL_HEIGHT * SUPERSAMPLING as f64
 }
 
+/// Lower and upper corner of the box around places.
+fn box_around(places: &[[f64; 3]]) -> BoxCorners {
+    parallel::corners(places.len(), |n| places[n])
+}
+
 /// The box that must fit into the picture.
 fn frame(spec: &PictureSpec, initial: &Snapshot<'_>, domain: BoxCorners) -> BoxCorners {
     match &spec.frame {
@@ -262,10 +268,9 @@ fn frame(spec: &PictureSpec, initial: &Snapshot<'_>, domain: BoxCorners) -> BoxC
         FrameSpec::Word(FrameWord::Start) => {
             let shown =
                 Set::all(initial).filter(|set| spec.of.is_empty() || spec.of.iter().any(|name| name == set.name()));
-            let places = shown.flat_map(|set| set.position().iter());
-            let all = places.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], x| {
-                [std::array::from_fn(|i| low[i].min(x[i])), std::array::from_fn(|i| high[i].max(x[i]))]
-            });
+            let places = shown.map(Set::position).filter(|places| !places.is_empty());
+            let corners: Vec<[f64; 3]> = places.flat_map(box_around).collect();
+            let all = box_around(&corners);
             if all[0][0] <= all[1][0] { all } else { domain }
         }
         FrameSpec::Box(given) => {

@@ -3,7 +3,9 @@
 use super::fragments::count_fragments;
 use super::{ProbeSpec, Reduction, Within, selected};
 use crate::output::set::{Set, SetQuantity, Start};
+use crate::parallel::{self, CHUNK};
 use crate::simulation::PointSet;
+use std::ops::Range;
 
 /// The reduced values: as many as the probe has columns. Means and sums of a body that fills a region are integrals
 /// over that region.
@@ -50,22 +52,19 @@ fn bounds(spec: &ProbeSpec) -> [[f64; 3]; 2] {
 fn reduce_entries(spec: &ProbeSpec, set: Set<'_>, quantity: &SetQuantity<'_>, dimension: usize) -> Vec<f64> {
     let places = set.places(quantity.on);
     let inside = |x: &[f64; 3]| spec.within.as_ref().is_none_or(|within| within.contains(x));
-    let chosen: Vec<usize> = (0..places.len()).filter(|&i| inside(&places[i])).collect();
+    let chosen: Vec<usize> = parallel::collect_some(places.len(), CHUNK, |i| inside(&places[i]).then_some(i));
     let weights = EntryWeights::new(spec, set);
     let axis = spec.axis.map_or(dimension - 1, |axis| axis.index());
-    let coordinates = chosen.iter().map(|&i| places[i][axis]);
-    let radii = chosen.iter().map(|&i| radius(spec, &places[i], dimension));
-
+    let coordinate = |i: usize| vec![places[i][axis]];
+    let radius = |i: usize| vec![radius(spec, &places[i], dimension)];
     let value =
         |i: usize| selected(spec, &quantity.values[i * quantity.components..][..quantity.components], dimension);
     let count = selected(spec, &vec![0.0; quantity.components], dimension).len();
     match spec.reduction().unwrap_or(Reduction::Mean) {
-        Reduction::Top | Reduction::Bottom if chosen.is_empty() => vec![f64::NAN],
-        Reduction::Top => vec![coordinates.fold(f64::NEG_INFINITY, greatest)],
-        Reduction::Bottom => vec![coordinates.fold(f64::INFINITY, least)],
-        Reduction::MaxRadius if chosen.is_empty() => vec![f64::NAN],
-        Reduction::MaxRadius => vec![radii.fold(f64::NEG_INFINITY, greatest)],
-        Reduction::MeanRadius => weights.mean(&chosen, 1, |i| vec![radius(spec, &places[i], dimension)]),
+        Reduction::Top => extreme(&chosen, 1, coordinate, greatest),
+        Reduction::Bottom => extreme(&chosen, 1, coordinate, least),
+        Reduction::MaxRadius => extreme(&chosen, 1, radius, greatest),
+        Reduction::MeanRadius => weights.mean(&chosen, 1, radius),
         Reduction::Count => vec![chosen.len() as f64],
         Reduction::CountFragments => {
             let places: Vec<_> = chosen.iter().map(|&i| places[i]).collect();
@@ -97,14 +96,16 @@ fn radius(spec: &ProbeSpec, x: &[f64; 3], dimension: usize) -> f64 {
     (0..dimension).filter(|&i| Some(i) != along).map(|i| offset(i).powi(2)).sum::<f64>().sqrt()
 }
 
+/// The better one of each value; NaN where nothing is chosen.
 fn extreme(
     chosen: &[usize],
     count: usize,
-    value: impl Fn(usize) -> Vec<f64>,
-    better: impl Fn(f64, f64) -> f64,
+    value: impl Fn(usize) -> Vec<f64> + Sync,
+    better: fn(f64, f64) -> f64,
 ) -> Vec<f64> {
     let both = |a: Vec<f64>, b: Vec<f64>| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect();
-    chosen.iter().map(|&i| value(i)).reduce(both).unwrap_or_else(|| vec![f64::NAN; count])
+    let of_chunks = parallel::map_ranges(chosen.len(), CHUNK, |range| range.map(|n| value(chosen[n])).reduce(both));
+    of_chunks.into_iter().flatten().reduce(both).unwrap_or_else(|| vec![f64::NAN; count])
 }
 
 /// Weights of entries; equal weights if `None`.
@@ -128,17 +129,21 @@ impl EntryWeights {
         self.0.as_ref().map_or(1.0, |weights| weights[i])
     }
 
-    fn sum(&self, chosen: &[usize], count: usize, value: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
-        let mut sum = vec![0.0; count];
-        for &i in chosen {
-            sum.iter_mut().zip(value(i)).for_each(|(sum, value)| *sum += self.of(i) * value);
-        }
-        sum
+    fn sum(&self, chosen: &[usize], count: usize, value: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<f64> {
+        let of_chunk = |range: Range<usize>| {
+            let mut sum = vec![0.0; count];
+            for &i in &chosen[range] {
+                sum.iter_mut().zip(value(i)).for_each(|(sum, value)| *sum += self.of(i) * value);
+            }
+            sum
+        };
+        let both = |a: Vec<f64>, b: Vec<f64>| a.into_iter().zip(b).map(|(a, b)| a + b).collect();
+        parallel::map_ranges(chosen.len(), CHUNK, of_chunk).into_iter().reduce(both).unwrap_or_else(|| vec![0.0; count])
     }
 
     /// NaN where nothing is chosen.
-    fn mean(&self, chosen: &[usize], count: usize, value: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
-        let total: f64 = chosen.iter().map(|&i| self.of(i)).sum();
+    fn mean(&self, chosen: &[usize], count: usize, value: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<f64> {
+        let total = parallel::sum(chosen.len(), |n| self.of(chosen[n]));
         self.sum(chosen, count, value).into_iter().map(|sum| sum / total).collect()
     }
 }

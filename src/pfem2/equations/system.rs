@@ -264,8 +264,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// Energy of the interfaces, σ A [J].
     pub fn surface_energy(&self) -> f64 {
-        let beside_solids = self.immersed.iter().flat_map(|immersed| &immersed.elements).map(|element| element.energy);
-        self.contents.cuts.iter().map(|cut| cut.energy).chain(beside_solids).sum()
+        let cuts = &self.contents.cuts;
+        let beside_solids = self.immersed.as_ref().map_or(&[][..], |immersed| &immersed.elements);
+        parallel::sum(cuts.len(), |n| cuts[n].energy) + parallel::sum(beside_solids.len(), |n| beside_solids[n].energy)
     }
 
     /// True for nodes on the boundary of the mesh.

@@ -6,25 +6,26 @@
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
+use crate::parallel;
+
+/// Elements or nodes per piece of a parallel loop.
+const BATCH: usize = 256;
 
 /// Curl of a velocity that is linear in each element, averaged at the nodes by volume [1/s]; in 2D along z.
 pub fn at_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>]) -> Vec<Vector<3>> {
-    let mut sums = vec![(Vector::ZERO, 0.0); velocity.len()];
-    for (element, nodes) in mesh.elements().iter().enumerate() {
+    let weighted_curl = |element: usize| {
         let simplex = mesh.simplex(element);
-        let curls = nodes
-            .iter()
-            .zip(&simplex.gradient)
-            .map(|(&node, gradient)| Vector(gradient.to3()).cross(Vector(velocity[node as usize].to3())));
-        let curl = curls.sum::<Vector<3>>();
-        for &node in nodes {
-            let (sum, volume) = &mut sums[node as usize];
-            *sum += curl * simplex.volume;
-            *volume += simplex.volume;
-        }
-    }
-    // Nodes of a file that no element uses have no volume.
-    sums.into_iter().map(|(sum, volume)| if volume > 0.0 { sum / volume } else { Vector::ZERO }).collect()
+        let nodes = mesh.elements()[element].iter().zip(&simplex.gradient);
+        let curls = nodes.map(|(&node, slope)| Vector(slope.to3()).cross(Vector(velocity[node as usize].to3())));
+        (curls.sum::<Vector<3>>() * simplex.volume, simplex.volume)
+    };
+    let curls = parallel::collect(mesh.elements().len(), BATCH, weighted_curl);
+    parallel::collect(velocity.len(), BATCH, |node| {
+        let around = mesh.elements_around(node).iter().map(|&element| curls[element as usize]);
+        let (sum, volume) = around.fold((Vector::ZERO, 0.0), |(sum, all), (curl, volume)| (sum + curl, all + volume));
+        // Nodes of a file that no element uses have no volume.
+        if volume > 0.0 { sum / volume } else { Vector::ZERO }
+    })
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@
 use crate::error::StepError;
 use crate::linalg::SolverState;
 use crate::math::Vector;
+use crate::parallel;
 use crate::pfem2::Pfem2;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::balance::forces::BoundaryForces;
@@ -176,5 +177,6 @@ pub(in crate::pfem2) fn impulsive_energy<const D: usize, const N: usize>(system:
     let mass = |node: usize| system.nodal_mass(node);
     let gain =
         |(node, held): (usize, Vector<D>)| 0.5 * mass(node) * (held.norm_squared() - velocity[node].norm_squared());
-    boundary.held(mesh, 0.0).into_iter().map(gain).sum()
+    let held = boundary.held(mesh, 0.0);
+    parallel::sum(held.len(), |n| gain(held[n]))
 }

@@ -1,6 +1,8 @@
 //! Bounds of the step by waves on interfaces and by the flow (theory H.6–H.8).
 
 use super::step_control::StepControl;
+use crate::math::Vector;
+use crate::parallel;
 use crate::pfem2::balance::EnergyBalance;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::theta_step::Scheme;
@@ -115,8 +117,9 @@ pub(in crate::pfem2) fn foreseen_speed<const D: usize, const N: usize>(
 ) -> f64 {
     let VelocityPressureSystem { mesh, boundary, velocity, .. } = system;
     let times = (0..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
-    let held = times.flat_map(|t| boundary.held(mesh, t)).map(|(_, v)| v.norm()).fold(0.0, f64::max);
-    let start = velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let fastest = |held: Vec<(usize, Vector<D>)>| parallel::max(held.len(), |n| held[n].1.norm());
+    let held = times.map(|t| fastest(boundary.held(mesh, t))).fold(0.0, f64::max);
+    let start = parallel::max(velocity.len(), |i| velocity[i].norm());
     let fall = balance.available.as_ref().map_or(0.0, |available| available.energy());
     // The heavy parts of a flow are about as fast as if all that can be set free moved them alone.
     held.max(start).max((2.0 * fall / balance.totals.mass).sqrt())

@@ -189,7 +189,7 @@ impl StepControl {
         let surface = solids.as_ref().map_or(0.0, |(_, off)| off * INTERFACE / SURFACE);
         let interface = interface_error(system, |i| 0.5 * dt * off(i).norm()).max(surface);
         let scale = velocity.max(f64::MIN_POSITIVE);
-        let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
+        let stream = (2.0 * peak / parallel::sum(nodes, |i| mass[i])).sqrt();
         let mut errors =
             ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids: 0.0 };
         let mut speed = 1.0;
@@ -222,7 +222,7 @@ impl StepControl {
         let off = |i: usize| now[i] - before[i] - (before[i] - earlier[i]) * extends;
         let product = |a: &[Vector<D>], b: &[Vector<D>]| {
             let weighted = structure.weighted_by_mass(a);
-            weighted.iter().zip(b.iter().flat_map(|v| v.0)).map(|(m, v)| m * v).sum::<f64>()
+            parallel::sum(weighted.len(), |k| weighted[k] * b[k / D][k % D])
         };
         let peak = self.solids_peak.max(0.5 * product(now, now));
         let slow = SLOW_SOLIDS * stream * structure.mass().sqrt();

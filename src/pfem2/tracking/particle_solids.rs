@@ -126,9 +126,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let Some(solids) = &self.particle_solids else { return 0.0 };
         let elements = self.elements(convected);
         let driven = solids.driven(&self.mesh, step.end(), self.boundary_mask());
-        let power = |(node, axis, velocity): (usize, usize, f64)| {
+        parallel::sum(driven.len(), |n| {
+            let (node, axis, velocity) = driven[n];
             -elements.nodal_force(node, |i| self.linear.unknowns[i])[axis] * velocity
-        };
-        driven.into_iter().map(power).sum()
+        })
     }
 }

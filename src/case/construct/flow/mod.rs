@@ -23,16 +23,18 @@ use solids::{MODES, natural_periods};
 use super::signals::TrialPoints;
 use super::{Construction, Model, guarded, has_errors};
 use crate::case::summary::CaseSummary;
-use crate::case::{Case, check, names};
+use crate::case::{Case, CaseFile, check, names};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mesh::domain::DomainMesh;
 use crate::mesh::{Locator, Mesh};
-use crate::pfem2::boundary::BoundarySetup;
+use crate::pfem2::boundary::{BoundarySetup, PressurePin};
 use crate::pfem2::fluid::FluidSetup;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
+use crate::pfem2::particles::Particles;
 use crate::pfem2::solid::structure::Structure;
-use crate::pfem2::{Pfem2, Setup};
+use crate::pfem2::{MomentPoint, Pfem2, Setup};
 use crate::simulation::Solver;
 use fluids::{InitialBody, sharp, velocity_at};
 use solids::{InitialSolid, solid_at};
@@ -79,6 +81,26 @@ struct FlowBodies<const D: usize> {
     initial: Vec<InitialBody>,
     particle_solids: Vec<ParticleSolidSetup<D>>,
     solids: Vec<InitialSolid<D>>,
+}
+
+/// Mesh, conditions and bodies of a flow, as a case describes them.
+struct DescribedFlow<const D: usize, const N: usize> {
+    mesh: Mesh<D, N>,
+    boundaries: Vec<BoundarySetup<D>>,
+    pin: Option<PressurePin<D>>,
+    moments: Vec<MomentPoint<D>>,
+    /// Surface tensions between pairs of fluids [N/m].
+    tension: Vec<([usize; 2], f64)>,
+    gravity: [Signal; 3],
+    bodies: FlowBodies<D>,
+}
+
+/// The state that a flow starts with.
+struct FlowStart<const D: usize> {
+    particles: Particles<D>,
+    level_set: Option<LevelSet>,
+    /// Velocity at the nodes [m/s].
+    velocity: Vec<Vector<D>>,
 }
 
 impl Construction<'_> {
@@ -133,6 +155,16 @@ impl Construction<'_> {
 
     /// The set-up of `pfem2` that the case describes; `None` if something is wrong.
     fn pfem2_setup<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
+        let mut flow = self.describe_flow(make)?;
+        let start = self.flow_start(&flow)?;
+        let solids = std::mem::take(&mut flow.bodies.solids);
+        let structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
+        let structure = structure.map(|structure| self.surrounded(structure, &flow));
+        Some(setup_of(&self.case.file, flow, start, structure))
+    }
+
+    /// The flow as the case describes it; `None` if something is wrong.
+    fn describe_flow<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<DescribedFlow<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;
         let samples = TrialPoints::over(mesh.nodes(), file.time.end);
@@ -148,48 +180,71 @@ impl Construction<'_> {
             return None;
         }
         self.check_flow(&mesh, &boundaries, &gravity, &bodies);
-        let FlowBodies { fluids, initial, particle_solids, solids } = bodies;
-        let mut particles = self.seed(&mesh, &initial, &solids)?;
-        let level_set = sharp(&file.pfem2, &mesh, &fluids, &initial, &mut particles);
+        Some(DescribedFlow { mesh, boundaries, pin, moments, tension, gravity, bodies })
+    }
+
+    /// Particles, interface and velocity at the start; `None` if something is wrong.
+    fn flow_start<const D: usize, const N: usize>(&mut self, flow: &DescribedFlow<D, N>) -> Option<FlowStart<D>> {
+        let DescribedFlow { mesh, bodies: FlowBodies { fluids, initial, solids, .. }, .. } = flow;
+        let mut particles = self.seed(mesh, initial, solids)?;
+        let level_set = sharp(&self.case.file.pfem2, mesh, fluids, initial, &mut particles);
         let start =
-            |x: Vector<D>| solid_at(&solids, x).map_or_else(|| velocity_at(&initial, x), |solid| solid.velocity(x));
+            |x: Vector<D>| solid_at(solids, x).map_or_else(|| velocity_at(initial, x), |solid| solid.velocity(x));
         let velocity = mesh.nodes().iter().map(|&x| start(x)).collect();
-        let spec = &file.pfem2;
-        let mut structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
-        if let Some(structure) = &mut structure {
-            let (locator, mesh, boundaries) = (Locator::new(&mesh), &mesh, &boundaries);
-            let (fluids, bodies, gravity) = (&fluids, &initial, &gravity);
-            let around = SolidSurroundings { file, mesh, locator, boundaries, fluids, bodies, gravity };
-            self.solids_at_boundary(structure, &around);
-            self.foresee(structure, &around);
-        }
-        Some(Setup {
-            velocity,
-            solids: structure,
-            particle_solids,
-            boundaries,
-            pin,
-            fluids,
-            moments,
-            tension,
-            gravity: std::array::from_fn(|i| gravity[i].clone()),
-            particles,
-            level_set,
-            volume: spec.volume.into(),
-            scheme: (&spec.scheme).into(),
-            stabilisation: spec.stabilisation.into(),
-            mass: spec.mass.into(),
-            enrichment: spec.enrichment.into(),
-            kernel: spec.kernel.into(),
-            reseeding: spec.reseeding.into(),
-            projectile_ratio: spec.projectile_ratio,
-            relaxation: spec.relaxation,
-            unresolved: spec.unresolved.into(),
-            courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
-            step_tolerance: if file.time.step.is_some() { f64::INFINITY } else { spec.step_tolerance },
-            start: spec.start.into(),
-            linear: spec.solver.choices().options(),
-            mesh,
-        })
+        Some(FlowStart { particles, level_set, velocity })
+    }
+
+    /// Solids, looked at in the flow around them.
+    fn surrounded<const D: usize, const N: usize>(
+        &mut self,
+        mut structure: Structure<D>,
+        DescribedFlow { mesh, boundaries, gravity, bodies, .. }: &DescribedFlow<D, N>,
+    ) -> Structure<D> {
+        let (file, locator) = (&self.case.file, Locator::new(mesh));
+        let (fluids, bodies) = (&bodies.fluids, &bodies.initial);
+        let around = SolidSurroundings { file, mesh, locator, boundaries, fluids, bodies, gravity };
+        self.solids_at_boundary(&structure, &around);
+        self.foresee(&mut structure, &around);
+        structure
+    }
+}
+
+/// The set-up of a flow, with the choices of the case for the method.
+fn setup_of<const D: usize, const N: usize>(
+    file: &CaseFile,
+    flow: DescribedFlow<D, N>,
+    start: FlowStart<D>,
+    solids: Option<Structure<D>>,
+) -> Setup<D, N> {
+    let DescribedFlow { mesh, boundaries, pin, moments, tension, gravity, bodies } = flow;
+    let FlowStart { particles, level_set, velocity } = start;
+    let spec = &file.pfem2;
+    Setup {
+        mesh,
+        boundaries,
+        pin,
+        fluids: bodies.fluids,
+        solids,
+        particle_solids: bodies.particle_solids,
+        moments,
+        tension,
+        gravity: std::array::from_fn(|axis| gravity[axis].clone()),
+        particles,
+        level_set,
+        velocity,
+        volume: spec.volume.into(),
+        scheme: (&spec.scheme).into(),
+        stabilisation: spec.stabilisation.into(),
+        mass: spec.mass.into(),
+        enrichment: spec.enrichment.into(),
+        kernel: spec.kernel.into(),
+        reseeding: spec.reseeding.into(),
+        projectile_ratio: spec.projectile_ratio,
+        relaxation: spec.relaxation,
+        unresolved: spec.unresolved.into(),
+        courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
+        step_tolerance: if file.time.step.is_some() { f64::INFINITY } else { spec.step_tolerance },
+        start: spec.start.into(),
+        linear: spec.solver.choices().options(),
     }
 }

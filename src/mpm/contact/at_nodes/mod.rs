@@ -29,6 +29,7 @@ use super::support_blocks::SupportBlocks;
 use super::surface::{SheetSource, SheetSurface};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
+use crate::parallel;
 use band::Band;
 use contact_node::{NodePair, update_gaps};
 use map::Map;
@@ -121,8 +122,8 @@ impl<const D: usize> AtNodes<D> {
 
     /// Σ F_K·v̂_K Δt [J] over the forces of the sub-step.
     fn received_work(&self, surface: &SheetSurface<'_, D>, dt: f64) -> f64 {
-        let nodes = self.received.iter().zip(surface.previous.iter().zip(surface.velocity));
-        nodes.map(|(force, (before, after))| force.dot(*before + *after)).sum::<f64>() * (0.5 * dt)
+        let (received, before, after) = (&self.received, surface.previous, surface.velocity);
+        parallel::sum(received.len(), |k| received[k].dot(before[k] + after[k])) * (0.5 * dt)
     }
 }
 

@@ -112,8 +112,7 @@ impl<const D: usize> RigidContacts<D> {
         if self.pushes.is_empty() {
             return;
         }
-        let speed = |v: Option<f64>| v.unwrap_or(0.0).sqrt();
-        let sheet = speed(surface.velocity.iter().map(|v| v.norm_squared()).reduce(f64::max));
+        let sheet = surface.fastest();
         let origin = surface.position.first().copied().unwrap_or_default();
         let solid = walls.solids().map(|solid| solid.velocity(origin, at.step).norm()).fold(0.0, f64::max);
         self.travel += (sheet + solid) * at.dt;
@@ -154,10 +153,7 @@ impl<const D: usize> RigidContacts<D> {
         self.contacts.clear();
         self.first.clear();
         self.first.resize(surface.position.len(), NONE);
-        let corner = |pick: fn(f64, f64) -> f64| {
-            Vector::from_fn(|a| surface.position.iter().map(|x| x[a]).reduce(pick).unwrap_or(0.0))
-        };
-        let (lower, upper) = (corner(f64::min), corner(f64::max));
+        let [lower, upper] = parallel::corners(surface.position.len(), |k| surface.position[k].0).map(Vector);
         let meets = |solid: &RigidBoundary<'_, D>| self.friction[solid.number()].is_some();
         let near: Vec<_> = walls.solids().filter(meets).filter(|s| s.is_near(lower, upper, 2.0 * cell)).collect();
         if near.is_empty() {

@@ -1,15 +1,34 @@
 //! Sides of a sheet on which particles are, from step to step (theory D.3).
 
+use crate::simulation::Record;
+use bytemuck::{Pod, Zeroable};
+
 /// Sides of the particles of one body with respect to one sheet, by identity, as found in the last step in which each
 /// was near.
 #[derive(Debug, Default)]
 pub struct Labels {
-    /// Step · 8 + (1: +, 2: −, 0: beyond an edge) + (4: counted as crossed).
-    pub stamps: Vec<u32>,
+    /// The label of each, and the step that it is of.
+    pub kept: Vec<KeptLabel>,
     /// The side of all of them throughout the run, where their region has one.
     pub region_side: Option<f64>,
-    /// Normal contact force on each when it was near last [N]; may be shorter than `stamps`, missing entries are 0.
+    /// Normal contact force on each when it was near last [N]; may be shorter than `kept`, missing entries are 0.
     pub force: Vec<f32>,
+}
+
+/// The label of a particle in the step in which it was near last.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct KeptLabel {
+    /// Number of the step, modulo 2³²; 0 of a particle that was never near.
+    step: i32,
+    /// +1 or −1; 0 beyond an edge.
+    side: i32,
+    /// 1 if it has crossed the sheet, else 0.
+    crossed: i32,
+}
+
+impl Record for KeptLabel {
+    type Number = i32;
 }
 
 /// The side of a particle with respect to a sheet.
@@ -28,17 +47,16 @@ impl Labels {
     }
 
     fn label_of(&self, id: u32, step: u64) -> Option<Label> {
-        let stamp = *self.stamps.get(id as usize)?;
-        let side = [0.0, 1.0, -1.0, 0.0][(stamp & 3) as usize];
-        (stamp >> 3 == Self::step_stamp(step) && stamp != 0).then_some(Label { side, crossed: stamp & 4 != 0 })
+        let &KeptLabel { step: last, side, crossed } = self.kept.get(id as usize)?;
+        (last == step as i32 && last != 0).then_some(Label { side: f64::from(side), crossed: crossed != 0 })
     }
 
     pub fn keep(&mut self, id: u32, step: u64, label: Label) {
-        if self.stamps.len() <= id as usize {
-            self.stamps.resize(id as usize + 1, 0);
+        if self.kept.len() <= id as usize {
+            self.kept.resize(id as usize + 1, KeptLabel::default());
         }
-        let side = if label.side > 0.0 { 1 } else { u32::from(label.side < 0.0) * 2 };
-        self.stamps[id as usize] = Self::step_stamp(step) << 3 | u32::from(label.crossed) << 2 | side;
+        let side = i32::from(label.side > 0.0) - i32::from(label.side < 0.0);
+        self.kept[id as usize] = KeptLabel { step: step as i32, side, crossed: label.crossed.into() };
     }
 
     /// Normal contact force on a particle in `step` [N]; sets it to zero.
@@ -54,10 +72,6 @@ impl Labels {
             self.force.resize(id as usize + 1, 0.0);
         }
         self.force[id as usize] = force as f32;
-    }
-
-    fn step_stamp(step: u64) -> u32 {
-        (step & 0x1fff_ffff) as u32
     }
 }
 

@@ -138,7 +138,7 @@ impl<const D: usize> InterfacePolygons<D> {
 
     /// Length [m], or area in 3D [m²].
     pub fn area(&self) -> f64 {
-        self.facets.iter().map(|facet| size(&facet.corners)).sum()
+        parallel::sum(self.facets.len(), |n| size(&self.facets[n].corners))
     }
 
     /// Distance of each node [m], up to `band`; nodes farther away have `band`.

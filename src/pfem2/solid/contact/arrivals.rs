@@ -10,6 +10,7 @@
 use super::force::{ContactCandidate, relative};
 use super::places::node_areas;
 use crate::math::Vector;
+use crate::parallel;
 use crate::pfem2::solid::setup::{Inertia, SolidSetup};
 use crate::pfem2::solid::structure::Structure;
 
@@ -83,10 +84,10 @@ impl ResolvingSteps {
 /// The solids as they meet something.
 fn meeting_solids<const D: usize>(structure: &Structure<D>) -> Vec<MeetingSolid<D>> {
     let momentum = structure.weighted_by_mass(&structure.state.velocity);
+    let (nodal, _) = momentum.as_chunks::<D>();
     let of = |solid: usize| {
-        let mass = structure.mass_of(solid);
-        let own = structure.nodes_of(solid).map(|node| Vector::from_fn(|axis| momentum[node * D + axis]));
-        MeetingSolid { mass, velocity: own.sum::<Vector<D>>() / mass }
+        let (mass, own) = (structure.mass_of(solid), &nodal[structure.nodes_of(solid)]);
+        MeetingSolid { mass, velocity: parallel::sum(own.len(), |node| Vector(own[node])) / mass }
     };
     (0..structure.setups().len()).map(of).collect()
 }

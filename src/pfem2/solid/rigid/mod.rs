@@ -17,6 +17,7 @@ use super::equations::IndependentInertia;
 use super::setup::PrescribedMotion;
 use crate::linalg::SparseMatrix;
 use crate::math::{Signal, Tensor, Vector};
+use crate::parallel;
 use crate::pfem2::history::StepShares;
 pub use freedom::{Contradiction, Freedom, RigidRates};
 pub use state::{RigidPrediction, RigidState};
@@ -73,19 +74,17 @@ impl RigidBody {
         motion: PrescribedMotion,
     ) -> Self {
         let place = |a: usize| Vector(places[a].to3());
-        let pairs = || {
-            let of = |a: usize| mass.row(a).map(move |n| (a, mass.columns[n] as usize, mass.values[n]));
-            nodes.clone().flat_map(of)
-        };
-        let total: f64 = pairs().map(|(.., mass)| mass).sum();
-        let center = pairs().map(|(_, b, mass)| place(b) * mass).sum::<Vector<3>>() / total;
-        let mut inertia = Tensor::ZERO;
-        for (a, b, mass) in pairs() {
+        let of_row = |a: usize| mass.row(a).map(move |n| (a, mass.columns[n] as usize, mass.values[n]));
+        let pairs: Vec<(usize, usize, f64)> = nodes.clone().flat_map(of_row).collect();
+        let total = parallel::sum(pairs.len(), |n| pairs[n].2);
+        let center = parallel::sum(pairs.len(), |n| place(pairs[n].1) * pairs[n].2) / total;
+        let inertia_of = |&(a, b, mass): &(usize, usize, f64)| {
             let (r, s) = (place(a) - center, place(b) - center);
-            inertia += (Tensor::identity() * r.dot(s) - Tensor::outer(r, s)) * mass;
-        }
+            (Tensor::identity() * r.dot(s) - Tensor::outer(r, s)) * mass
+        };
+        let inertia = parallel::sum(pairs.len(), |n| inertia_of(&pairs[n]));
         // Rounding leaves it unsymmetric.
-        inertia = (inertia + inertia.transpose()) * 0.5;
+        let inertia = (inertia + inertia.transpose()) * 0.5;
         let arms = nodes.clone().map(|a| place(a) - center).collect();
         Self { solid, nodes, mass: total, center, inertia, arms, motion, dimension: D }
     }
@@ -175,11 +174,11 @@ impl RigidBody {
 
     /// Distance of supported nodes from their prescribed displacements along each axis, in the mean [m].
     fn miss(&self, displacement: Vector<3>, rotation: &Tensor<3>, supported: &[(usize, usize, f64)]) -> Vector<3> {
-        let (mut sum, mut count) = (Vector::<3>::ZERO, [0.0; 3]);
-        for &(node, axis, wanted) in supported {
-            sum[axis] += wanted - self.displacement(displacement, rotation, node)[axis];
-            count[axis] += 1.0;
-        }
+        let count = parallel::sum(supported.len(), |n| Vector::<3>::unit(supported[n].1));
+        let sum = parallel::sum(supported.len(), |n| {
+            let (node, axis, wanted) = supported[n];
+            Vector::<3>::unit(axis) * (wanted - self.displacement(displacement, rotation, node)[axis])
+        });
         Vector::from_fn(|axis| if count[axis] > 0.0 { sum[axis] / count[axis] } else { 0.0 })
     }
 

@@ -2,6 +2,7 @@
 
 use super::{Prediction, Structure};
 use crate::math::{Signal, Vector};
+use crate::parallel;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::solid::equations::SolidEquations;
 use crate::pfem2::solid::mesh::{SolidMesh, element_nodes};
@@ -114,7 +115,8 @@ impl<const D: usize> Structure<D> {
 
     /// Sums over the nodes of each solid.
     pub fn sums(&self, nodal: &[Vector<D>]) -> Vec<Vector<D>> {
-        (0..self.setups().len()).map(|solid| nodal[self.nodes_of(solid)].iter().copied().sum()).collect()
+        let of_solid = |own: &[Vector<D>]| parallel::sum(own.len(), |node| own[node]);
+        (0..self.setups().len()).map(|solid| of_solid(&nodal[self.nodes_of(solid)])).collect()
     }
 
     /// Powers at the end of a step. Supports, contacts and loads give what the equations lack of the forces
@@ -138,7 +140,7 @@ impl<const D: usize> Structure<D> {
             self.increment_from_prediction(prediction, |a| prediction.displacement_hat[a] + of_node(a) * step.delta());
         let followed = self.pressure_changes(step.end(), prediction, &way);
         let supports = |k: usize| missing[k] - fluid[k / D][k % D] + loads[k] + followed[k / D][k % D];
-        let power = |force: &dyn Fn(usize) -> f64| (0..loads.len()).map(|k| force(k) * velocity[k]).sum::<f64>();
+        let power = |force: &(dyn Fn(usize) -> f64 + Sync)| parallel::sum(loads.len(), |k| force(k) * velocity[k]);
         let inertia = self.rigid_power(step.delta(), prediction, independent);
         SolidPowers { gravity: power(&|k| all[k] - loads[k]), supports: power(&supports) + inertia }
     }

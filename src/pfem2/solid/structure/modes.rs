@@ -3,6 +3,7 @@
 use super::Structure;
 use crate::linalg::{Mode, SparseMatrix, lowest_modes};
 use crate::math::{Tensor, Vector};
+use crate::parallel;
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 use crate::pfem2::solid::equations::{IndependentInertia, LinearForces, SolidEquations};
 use std::f64::consts::TAU;
@@ -145,12 +146,12 @@ impl<const D: usize> Structure<D> {
     /// The solid with most of the kinetic energy at these nodal velocities.
     fn most_moved(&self, velocity: &[Vector<D>]) -> usize {
         let momentum = self.weighted_by_mass(velocity);
-        let of_node = |(p, v): (&[f64], &Vector<D>)| p.iter().zip(&v.0).map(|(p, v)| p * v).sum();
-        let energy: Vec<f64> = momentum.chunks_exact(D).zip(velocity).map(of_node).collect();
-        let of = |(mesh, first): (&crate::pfem2::solid::mesh::SolidMesh<D>, u32)| {
-            energy[first as usize..][..mesh.nodes.len()].iter().sum::<f64>()
+        let (momentum, _) = momentum.as_chunks::<D>();
+        let of_solid = |solid: usize| {
+            let nodes = self.nodes_of(solid);
+            parallel::sum(nodes.len(), |n| Vector(momentum[nodes.start + n]).dot(velocity[nodes.start + n]))
         };
-        let energies: Vec<f64> = self.meshes().into_iter().map(of).collect();
+        let energies: Vec<f64> = (0..self.setups().len()).map(of_solid).collect();
         (0..energies.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b]).then(b.cmp(&a))).unwrap_or(0)
     }
 }

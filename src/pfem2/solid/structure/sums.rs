@@ -17,18 +17,20 @@ const BATCH: usize = 64;
 impl<const D: usize> Structure<D> {
     /// Mass of all solids [kg].
     pub fn mass(&self) -> f64 {
-        self.mass.values.iter().sum()
+        parallel::sum(self.mass.values.len(), |entry| self.mass.values[entry])
     }
 
     /// Mass of a solid [kg].
     pub fn mass_of(&self, solid: usize) -> f64 {
-        self.nodes_of(solid).flat_map(|node| self.mass.row(node)).map(|entry| self.mass.values[entry]).sum()
+        let nodes = self.nodes_of(solid);
+        let entries = self.mass.row(nodes.start).start..self.mass.row(nodes.end - 1).end;
+        parallel::sum(entries.len(), |n| self.mass.values[entries.start + n])
     }
 
     /// Momentum of all solids [kg m/s].
     pub fn momentum(&self) -> Vector<D> {
         let momentum = self.weighted_by_mass(&self.state.velocity);
-        Vector::from_fn(|axis| momentum.iter().skip(axis).step_by(D).sum())
+        parallel::sum(self.nodes.len(), |node| Vector::from_fn(|axis| momentum[node * D + axis]))
     }
 
     /// M x at each unknown.
@@ -36,15 +38,15 @@ impl<const D: usize> Structure<D> {
         let row = |row: usize| -> Vector<D> {
             self.mass.row(row).map(|n| x[self.mass.columns[n] as usize] * self.mass.values[n]).sum()
         };
-        (0..self.nodes.len()).flat_map(|node| row(node).0).collect()
+        parallel::collect_all(self.nodes.len(), BATCH, |node| row(node).0)
     }
 
     /// Kinetic energy ½ v · M v of all solids [J].
     pub fn kinetic_energy(&self) -> f64 {
         let momentum = self.weighted_by_mass(&self.state.velocity);
         let inert = self.by_node(|setup| setup.inertia_rate(1.0));
-        let velocity = self.state.velocity.iter().zip(inert).flat_map(|(v, inert)| (*v * inert).0);
-        0.5 * momentum.iter().zip(velocity).map(|(p, v)| p * v).sum::<f64>()
+        let velocity = &self.state.velocity;
+        0.5 * parallel::sum(momentum.len(), |k| momentum[k] * (velocity[k / D][k % D] * inert[k / D]))
     }
 
     /// Stored energy of all solids [J].
@@ -59,9 +61,10 @@ impl<const D: usize> Structure<D> {
                 let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
                 element::strain_energy(&self.points, law, &places, &own)
             });
-            for (element, own) in all.into_iter().enumerate() {
-                energy += own.map_err(|fault| self.error(solid, element, fault))?;
-            }
+            let of_element =
+                |(element, own): (usize, Result<f64, _>)| own.map_err(|fault| self.error(solid, element, fault));
+            let all = all.into_iter().enumerate().map(of_element).collect::<Result<Vec<f64>, _>>()?;
+            energy += parallel::sum(all.len(), |element| all[element]);
         }
         Ok(energy)
     }
@@ -99,10 +102,11 @@ impl<const D: usize> Structure<D> {
             let (_, [places]) = self.gather(solid, element, [positions]);
             element::volume(&self.points, &places)
         };
-        let elements = |solid: usize| 0..self.setups()[solid].mesh.elements.len();
-        let enclosed: f64 = self.setups().iter().flat_map(|setup| &setup.mesh.inner).map(|(_, volume)| volume).sum();
-        let all = (0..self.setups().len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element)));
-        enclosed + all.sum::<f64>()
+        let of_solid = |(solid, setup): (usize, &SolidSetup<D>)| {
+            let (elements, inner) = (&setup.mesh.elements, &setup.mesh.inner);
+            parallel::sum(elements.len(), |element| of(solid, element)) + parallel::sum(inner.len(), |n| inner[n].1)
+        };
+        self.setups().iter().enumerate().map(of_solid).sum()
     }
 }
 
