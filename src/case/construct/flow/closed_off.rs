@@ -41,7 +41,11 @@ impl Construction<'_> {
                 }
             }
         }
-        for (_, own) in large.iter().filter(|(k, _)| !open[*k]) {
+        // Of a closed box the largest part is the one that the walls close off.
+        let is_box_open = large.iter().any(|(k, _)| open[*k]);
+        let largest = large.iter().map(|(_, own)| own.len()).max().unwrap_or(0);
+        let is_closed = |k: usize, own: &[usize]| !open[k] && (is_box_open || own.len() < largest);
+        for (_, own) in large.iter().filter(|(k, own)| is_closed(*k, own)) {
             let center = own.iter().map(|&e| mesh.center(e)).sum::<Vector<D>>() / own.len() as f64;
             self.notes.push(format!(
                 "solids close off the fluid around ({}): it is incompressible, and nothing changes its volume",
