@@ -57,6 +57,11 @@ fn case(region: &str, keys: &str) -> String {
     edited(&edited(CASE, "REGION", region), "KEYS", keys)
 }
 
+/// A case with another size of the fluid's elements, which solids are as thick as, at least.
+fn in_cells(size: &str, text: &str) -> String {
+    edited(text, "cell = \"0.25 m\"", &format!("cell = \"{size}\""))
+}
+
 /// The model of a case with the file `part.obj`.
 fn model_of(file: &str, text: &str) -> Model {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +105,7 @@ fn a_turned_bar_of_triangles_swings_as_a_box() {
          supports = [{{ on = {{ shape = \"half-space\", point = [0, 0, 0], normal = [{a}, {b}, {c}] }} }}]"
     );
     let bar = r#"{ shape = "rotated", angle = "30 deg", axis = [1, 2, 3], of = { shape = "box", lower = [0, 0, 0], upper = [0.8, 0.1, 0.2] } }"#;
-    let [found, expected] = [FILE, bar].map(|region| model_of(&file, &case(region, &keys)));
+    let [found, expected] = [FILE, bar].map(|region| model_of(&file, &in_cells("0.1 m", &case(region, &keys))));
     expect_alike(&periods(&found), &periods(&expected), 1e-3);
     let [found, expected] = [found, expected].map(|model| model.summary.solids[0].mass);
     assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
@@ -118,7 +123,8 @@ fn balls_and_rods_of_triangles_swing_as_regions() {
     let rod = revolved(&[[0.0, 0.0], [0.1, 0.0], [0.1, 0.8], [0.0, 0.8]], 48);
     let keys = "mesh = { cell = \"0.15 m\" }\nsupports = [{ on = \"bottom\" }]";
     let cylinder = r#"{ shape = "cylinder", from = [0, 0, 0], to = [0, 0, 0.8], radius = 0.1 }"#;
-    let [found, expected] = [FILE, cylinder].map(|region| periods(&model_of(&rod, &case(region, keys))));
+    let of = |region: &str| periods(&model_of(&rod, &in_cells("0.18 m", &case(region, keys))));
+    let [found, expected] = [FILE, cylinder].map(of);
     expect_alike(&found, &expected, 1e-2);
 }
 
@@ -128,7 +134,7 @@ fn a_solid_of_triangles_runs_without_further_keys() {
     let rod = revolved(&[[0.0, -0.4], [0.15, -0.4], [0.15, 0.4], [0.0, 0.4]], 24);
     let text = case(FILE, "")
         .replace("[[body]]\nname = \"part\"", "pfem2 = { gravity = [0, 0, \"-10 m/s^2\"] }\n[[body]]\nname = \"part\"");
-    let mut model = model_of(&rod, &edited(&text, "cell = \"0.25 m\"", "cell = \"0.4 m\""));
+    let mut model = model_of(&rod, &text);
     let solid = &model.summary.solids[0];
     assert!((solid.mass / (1200.0 * PI * 0.15 * 0.15 * 0.8) - 1.0).abs() < 0.02, "{solid:?}");
     for step in 0..2 {

@@ -107,7 +107,7 @@ fn the_default_size_follows_the_mesh_of_the_fluid_and_the_thickness() {
     };
     assert_eq!(sizes("[\"0.52 m\", \"0.32 m\"]"), (24, 3));
     let (elements, across) = sizes("[\"0.43 m\", \"0.3 m\"]");
-    assert_eq!((elements, across), (40, 2));
+    assert_eq!((elements, across), (16, 2));
 }
 
 #[test]
@@ -121,6 +121,17 @@ fn a_thin_solid_and_a_coarse_one_are_warned_of() {
     let thin = warnings("[\"0.5 m\", \"0.3 m\"]", "[\"0.45 m\", \"0.3 m\"]");
     let told = thin.iter().filter(|warning| warning.contains("2.5 elements of the mesh")).count();
     assert_eq!(told, 1, "{thin:?}");
+}
+
+/// Fluid flows between the nodes of the mesh through what is thinner than its elements, of 0.02 m. What is so at an edge
+/// alone, as a wing, is not refused.
+#[test]
+fn a_solid_thinner_than_an_element_is_refused() {
+    let whole = "region = { shape = \"box\", lower = [\"0.4 m\", \"0 m\"], upper = [\"0.5 m\", \"0.3 m\"] }";
+    let thin = whole.replace("0.5 m", "0.415 m");
+    expect(whole, &thin, "body[0]", "thinner than an element of the mesh behind 86 %", "make it n times as thick");
+    let wedge = "region = { shape = \"polygon\", corners = [[0.4, 0.1], [0.5, 0.1], [0.405, 0.3], [0.4, 0.3]] }";
+    good(&edited(GOOD, whole, wedge));
 }
 
 #[test]

@@ -18,9 +18,16 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let drives = self.elements(convected);
         let region = FluidRegion::new(&self.mesh, Some(&immersed.cut));
         let of = |cut: usize| {
-            let e = immersed.cut.elements[cut].element as usize;
-            match phases.filling(&self.mesh.elements()[e]) {
-                Filling::Cut(pair, level) => self.two_fluids(&region, e, pair, level, &drives.drive(e, true)),
+            let own = &immersed.cut.elements[cut];
+            let e = own.element as usize;
+            match phases.filling(&own.nodes) {
+                Filling::Cut(pair, level) => {
+                    let (level, drive) = (own.level_on_its_side(level), drives.drive(e, true));
+                    match level.iter().all(|phi| (*phi < 0.0) == (level[0] < 0.0)) {
+                        true => self.pure_fluid(e, pair[usize::from(level[0] >= 0.0)], &drive),
+                        false => self.two_fluids(&region, e, pair, level, &drive),
+                    }
+                }
                 Filling::Pure(_) | Filling::Mixed(_) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
             }
         };
@@ -47,7 +54,17 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// One fluid, or a mixture, in the part of an element that a solid leaves; `content` is that of the whole element.
     fn one_fluid(&self, e: usize, content: &Content<N>, drive: &Drive<D, N>) -> FluidPart<D, N> {
         let density = content.mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
-        let medium = Medium { density, viscosity: content.viscosity };
+        self.filled_with(e, Medium { density, viscosity: content.viscosity }, content.tau, drive)
+    }
+
+    /// One fluid in the part of an element that a solid leaves, where the interface with another one lies in the solid.
+    fn pure_fluid(&self, e: usize, fluid: usize, drive: &Drive<D, N>) -> FluidPart<D, N> {
+        let medium = Medium { density: self.contents.density[fluid], viscosity: self.viscosity(e, fluid) };
+        self.filled_with(e, medium, self.tau(e, medium), drive)
+    }
+
+    /// A medium in the part of an element that a solid leaves.
+    fn filled_with(&self, e: usize, medium: Medium, tau: f64, drive: &Drive<D, N>) -> FluidPart<D, N> {
         FluidPart {
             level: [1.0; N],
             media: [medium; 2],
@@ -56,7 +73,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             walls: self.mesh_data.walls[e],
             openings: self.mesh_data.openings[e],
             outlets: self.mesh_data.open[e],
-            tau: content.tau,
+            tau,
             drive: *drive,
             sources: [drive.forces_of(&self.equations, [true; N]); 2],
         }

@@ -301,6 +301,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
         if let Some(immersed) = &self.immersed {
             immersed.extend(|node| immersed.velocity_of(node), &mut self.velocity);
+            immersed.show_pressure_of_sides(&self.mesh, &self.prescribed.constraints, &mut self.pressure);
         }
     }
 

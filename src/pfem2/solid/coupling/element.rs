@@ -1,7 +1,6 @@
 //! Rows and columns of an element that the surface of a solid cuts, in the unknowns of its nodes and of the nodes of
 //! the solid that its cut points move with (theory J.3).
 
-use super::one_sided::OneSidedPressure;
 use super::trace::TracePoint;
 use super::walls::WallShare;
 use crate::math::{Tensor, Vector};
@@ -72,6 +71,15 @@ pub struct Opening<const D: usize> {
     pub(super) loads: [Vector<D>; D],
     /// Blocks of an outlet in the rows of its corners.
     pub(super) outflow: Vec<OutflowBlock<D>>,
+}
+
+/// The pressure of a node inside on the side of an element.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OneSidedPressure {
+    /// The local node.
+    pub node: usize,
+    /// Its pressure over the mean of those of the nodes outside, at rest [Pa].
+    pub above: f64,
 }
 
 /// A block of an outlet, in the rows of a corner of its facet (theory (J.9e)).

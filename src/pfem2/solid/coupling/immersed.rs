@@ -191,6 +191,23 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
+    /// Sets the pressure of nodes inside with fluid on several sides, which acts nowhere, to the mean of those of the
+    /// sides [Pa]: for outputs.
+    pub fn show_pressure_of_sides(&self, mesh: &Mesh<D, N>, constraints: &Constraints<D, N>, nodal: &mut [f64]) {
+        let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+        for element in &self.elements {
+            let nodes = mesh.elements()[element.element as usize];
+            let own = element.pressures(nodes.map(|node| nodal[node as usize]));
+            for k in element.one_sided() {
+                let (sum, count) = sums.entry(nodes[k]).or_default();
+                (*sum, *count) = (*sum + own[k], *count + 1.0);
+            }
+        }
+        let acts = |node: u32| constraints.mask[node as usize] >> D & 1 == 0;
+        let shown = sums.into_iter().filter(|(node, _)| !acts(*node));
+        shown.for_each(|(node, (sum, count))| nodal[node as usize] = sum / count);
+    }
+
     /// True if the pressure of a node acts in an element.
     fn ties(&self, element: usize, nodes: &[u32; N], node: u32) -> bool {
         match self.cut.state[element] {

@@ -9,19 +9,10 @@
 //! With one pressure at such a node that of the two sides would be the same there, and a thin shell full of water would
 //! hardly hold it.
 
-use super::element::CoupledElement;
+use super::element::{CoupledElement, OneSidedPressure};
 use super::fluid_part::FluidPart;
 use crate::math::Vector;
 use crate::pfem2::solid::cut::CutBySolid;
-
-/// The pressure of a node inside on the side of an element.
-#[derive(Debug, Clone, Copy)]
-pub struct OneSidedPressure {
-    /// The local node.
-    node: usize,
-    /// Its pressure over the mean of those of the nodes outside, at rest [Pa].
-    above: f64,
-}
 
 impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Takes the pressures of nodes inside with fluid on two sides from those of the nodes outside of the element, whose
@@ -75,6 +66,11 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             let area = std::mem::take(&mut wall.area[node]);
             from.iter().for_each(|&j| wall.area[j] += area * share);
         }
+    }
+
+    /// Local nodes with a pressure of the side of the element.
+    pub(super) fn one_sided(&self) -> impl Iterator<Item = usize> + '_ {
+        self.one_sided.iter().map(|own| own.node)
     }
 
     /// The pressures of its nodes in its fluid part, given those of the nodes of the mesh [Pa].

@@ -42,6 +42,17 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 }
 
 impl<const N: usize> CutBySolid<N> {
+    /// The level set of fluids at its nodes, with that of nodes outside at the nodes that have fluid on several sides: an
+    /// interface inside of a thin wall is no interface beside it.
+    pub fn level_on_its_side(&self, mut level: [f64; N]) -> [f64; N] {
+        let outside: Vec<f64> = (0..N).filter(|&k| self.outside[k]).map(|k| level[k]).collect();
+        if !outside.is_empty() {
+            let mean = outside.iter().sum::<f64>() / outside.len() as f64;
+            self.nodes_of_two_sides().for_each(|k| level[k] = mean);
+        }
+        level
+    }
+
     /// Local nodes inside whose pressure on this side follows that of the nodes outside.
     pub fn nodes_of_two_sides(&self) -> impl Iterator<Item = usize> + '_ {
         (0..N).filter(|&k| self.two_sided[k])
