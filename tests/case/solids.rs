@@ -129,7 +129,7 @@ fn a_thin_solid_and_a_coarse_one_are_warned_of() {
 fn a_solid_thinner_than_an_element_is_refused() {
     let whole = "region = { shape = \"box\", lower = [\"0.4 m\", \"0 m\"], upper = [\"0.5 m\", \"0.3 m\"] }";
     let thin = whole.replace("0.5 m", "0.415 m");
-    expect(whole, &thin, "body[0]", "thinner than an element of the mesh behind 86 %", "make it n times as thick");
+    expect(whole, &thin, "[[body]]", "thinner than an element of the mesh behind 86 %", "make it n times as thick");
     let wedge = "region = { shape = \"polygon\", corners = [[0.4, 0.1], [0.5, 0.1], [0.405, 0.3], [0.4, 0.3]] }";
     good(&edited(GOOD, whole, wedge));
 }
