@@ -162,7 +162,7 @@ fn too_thin(key: &str, solid: &SolidSummary, place: &str) -> Diagnostic {
     let help = format!(
         "let elements of {:.2e} m or smaller lie where it is and where it comes to, `[[mesh.refine]]`: as large as it is thick \
          at most, better a third of it; or make it n times as thick, with a density n times and a Young's modulus n³ times \
-         as small, which bends alike",
+         as small, which bends and weighs the same",
         solid.thickness / CELLS_ACROSS
     );
     Diagnostic::error(key.to_owned(), message).help(help)
