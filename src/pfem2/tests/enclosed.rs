@@ -14,7 +14,7 @@ const LOWER: Vector<3> = Vector([0.23, 0.31, 0.27]);
 const UPPER: Vector<3> = Vector([0.73, 0.66, 0.77]);
 
 /// The box of twelve triangles.
-fn of_triangles() -> SolidMesh<3> {
+pub fn of_triangles() -> SolidMesh<3> {
     let corner = |n: usize| std::array::from_fn(|k| if n >> k & 1 == 1 { UPPER[k] } else { LOWER[k] });
     let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();

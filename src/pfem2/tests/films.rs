@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::linalg::SolverKind;
-use crate::material::{PointLaw, Rigid};
+use crate::material::{Elastic, PointLaw, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::mesh::shapes::slotted;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
@@ -62,5 +63,49 @@ fn blocks_rest_beside_each_other_in_space() {
     for (gap, most) in [([0.48, 0.58], 2e-3), ([0.51, 0.57], 5e-3)] {
         let speed = speed_of_blocks::<3, 4>(gap, 10);
         assert!(speed < most, "{gap:?}: {speed:e}");
+    }
+}
+
+/// A free body as heavy as water with a slot from above that is narrower than an element: the largest speed of its
+/// centre of mass over √(g H).
+fn speed_of_a_slotted_body<const D: usize, const N: usize>(slot: [f64; 2], cells: usize, young: f64) -> f64 {
+    let corners = [0.0, 1.0].map(|side| {
+        Vector::from_fn(|axis| if axis == 0 { [0.21, 0.83][side as usize] } else { [0.33, 0.64][side as usize] })
+    });
+    let law: Box<dyn PointLaw> = match young == 0.0 {
+        true => Box::new(Rigid { density: 1000.0 }),
+        false => Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, young, 0.3) }),
+    };
+    let own = SolidSetup::free("body", slotted(corners, slot), law);
+    let mesh = Mesh::<D, N>::block(Vector::ZERO, Vector::splat(1.0), [cells; D]).unwrap();
+    let down = std::array::from_fn(|axis| if axis + 1 == D { (-GRAVITY).into() } else { Signal::ZERO });
+    let physics = physics(vec![fluid("water", 1000.0, 1e-3)], down);
+    let physics = Physics { stabilisation: Stabilisation::Dynamic, ..physics };
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let mut setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
+    setup.linear = SolverOptions { kind: SolverKind::Direct, tolerance: 1e-13, ..SolverOptions::default() };
+    setup.solids = Some(Structure::new(vec![own]).unwrap());
+    let mut pfem = Pfem2::new(setup);
+    let dt = 0.01;
+    pfem.begin(0.0, dt).unwrap();
+    let mut speed: f64 = 0.0;
+    for k in 0..5 {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        let structure = &pfem.solids.as_ref().unwrap().structure;
+        speed = speed.max(structure.momentum().norm() / structure.mass());
+    }
+    speed / GRAVITY.sqrt()
+}
+
+/// A body as heavy as water rests in it, however narrow a slot in it is.
+#[test]
+fn a_body_with_a_narrow_slot_rests() {
+    for young in [0.0, 1e9] {
+        for slot in [[0.5, 0.56], [0.51, 0.535], [0.51, 0.515]] {
+            let speed = speed_of_a_slotted_body::<2, 3>(slot, 20, young);
+            assert!(speed < 1e-3, "plane {young} {slot:?}: {speed:e}");
+        }
+        let speed = speed_of_a_slotted_body::<3, 4>([0.51, 0.57], 10, young);
+        assert!(speed < 3e-3, "space {young}: {speed:e}");
     }
 }

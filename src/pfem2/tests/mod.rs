@@ -2,6 +2,7 @@
 
 mod added_mass;
 mod bad_luck;
+mod bad_luck_3d;
 mod bubble;
 mod cavity;
 mod closed_boxes;
@@ -9,6 +10,7 @@ pub mod complex;
 mod composite;
 mod contact;
 mod contact_3d;
+mod contact_in_water;
 mod corner_loads;
 mod couette;
 mod driven_square;
@@ -28,6 +30,7 @@ mod particle_solids;
 mod rest;
 mod restitution;
 mod resume;
+mod resume_contacts;
 mod resume_solids;
 mod solids;
 mod solids_at_rest;

@@ -17,6 +17,22 @@ fn bytes<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>) -> Vec<(String,
     columns
 }
 
+/// What a run did that was saved and resumed.
+pub struct Resumed {
+    /// How often its steps were solved.
+    pub solutions: usize,
+    /// The time at its end [s].
+    pub end: f64,
+    /// Sums of the forces of walls and of solids on solids when it was saved [N].
+    pub pushes: [f64; 2],
+}
+
+/// Sums of the forces of walls and of solids on solids [N].
+fn pushes<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> [f64; 2] {
+    let forces = &pfem.solids.as_ref().unwrap().last.contact_forces;
+    [&forces.walls, &forces.solids].map(|forces| forces.iter().map(|force| force.norm()).sum())
+}
+
 /// Goes on for some steps, of `dt` [s] or as long as the run would have them from step to step; returns the time, and
 /// how often steps were solved.
 fn advance<const D: usize, const N: usize>(
@@ -36,20 +52,20 @@ fn advance<const D: usize, const N: usize>(
 }
 
 /// A run of eight steps, and one that is saved after four and goes on in a model made anew; with other numbers of
-/// threads. Returns how often steps were solved, and the time at the end.
-fn goes_on_with_the_same_bits<const D: usize, const N: usize>(
+/// threads.
+pub fn goes_on_with_the_same_bits<const D: usize, const N: usize>(
     case: impl Fn() -> Pfem2<D, N> + Sync,
     dt: Option<f64>,
-) -> (usize, f64) {
+) -> Resumed {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let first = dt.unwrap_or(0.005);
-    let (saved, half, whole, end, solutions) = pool(1).install(|| {
+    let (saved, half, whole, end, solutions, pushes) = pool(1).install(|| {
         let mut whole = case();
         whole.begin(0.0, first).unwrap();
         let (half, before) = advance(&mut whole, dt, 0.0, 4);
-        let saved = bytes(&mut whole);
+        let (saved, pushes) = (bytes(&mut whole), pushes(&whole));
         let (end, after) = advance(&mut whole, dt, half, 4);
-        (saved, half, bytes(&mut whole), end, before + after)
+        (saved, half, bytes(&mut whole), end, before + after, pushes)
     });
     let (resumed, resumed_end) = pool(2).install(|| {
         let mut resumed = case();
@@ -67,7 +83,7 @@ fn goes_on_with_the_same_bits<const D: usize, const N: usize>(
     let differing: Vec<&str> = whole.iter().zip(&resumed).filter(|(a, b)| a != b).map(|(a, _)| a.0.as_str()).collect();
     assert!(differing.is_empty(), "{differing:?}");
     assert_eq!(end.to_bits(), resumed_end.to_bits());
-    (solutions, end)
+    Resumed { solutions, end, pushes }
 }
 
 /// A soft block in water in space that begins to sink and is sheared.
@@ -86,7 +102,7 @@ fn block_in_space() -> Pfem2<3, 4> {
 }
 
 /// Water in the plane with solids.
-fn in_water(structure: Structure<2>, gravity: f64, change: impl FnOnce(&mut Setup<2, 3>)) -> Pfem2<2, 3> {
+pub fn in_water(structure: Structure<2>, gravity: f64, change: impl FnOnce(&mut Setup<2, 3>)) -> Pfem2<2, 3> {
     let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.6]), [15, 9]).unwrap(), 1.0 / 15.0);
     let physics = super::solids::water([Signal::ZERO, (-gravity).into()]);
     let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
@@ -96,7 +112,7 @@ fn in_water(structure: Structure<2>, gravity: f64, change: impl FnOnce(&mut Setu
 }
 
 /// A beam that is clamped at the left, and swings.
-fn beam(young: f64, speed: f64) -> SolidSetup<2> {
+pub fn beam(young: f64, speed: f64) -> SolidSetup<2> {
     let mesh = SolidMesh::block(Vector([0.0, 0.27]), Vector([0.6, 0.34]), [6, 1]).unwrap();
     solid(mesh, (young, 0.3), |x| [x[0] < 1e-9; 2], move |x| Vector([0.0, speed * x[0] * x[0]]))
 }
@@ -128,7 +144,7 @@ fn automatic_steps_beside_a_solid_go_on_with_the_same_bits() {
             setup.courant = 2.0;
         })
     };
-    let (_, end) = goes_on_with_the_same_bits(case, None);
+    let Resumed { end, .. } = goes_on_with_the_same_bits(case, None);
     assert!(end.is_finite());
 }
 
@@ -143,7 +159,7 @@ fn an_impact_in_automatic_steps_goes_on_with_the_same_bits() {
             (setup.step_tolerance, setup.courant) = (2.0, 2.0);
         })
     };
-    let (_, end) = goes_on_with_the_same_bits(case, None);
+    let Resumed { end, .. } = goes_on_with_the_same_bits(case, None);
     // Without the impact each of the eight steps is about 13 ms long.
     assert!(end < 0.04, "{end}");
 }
@@ -176,6 +192,6 @@ fn steps_that_are_solved_again_go_on_with_the_same_bits() {
             setup.gravity[1] = formula("200*sin(150*t)");
         })
     };
-    let (solutions, _) = goes_on_with_the_same_bits(case, Some(0.01));
+    let Resumed { solutions, .. } = goes_on_with_the_same_bits(case, Some(0.01));
     assert!(solutions > 10, "{solutions}");
 }

@@ -171,7 +171,7 @@ impl<const D: usize> SolidContacts<D> {
         context: &SearchContext<'_, D, N>,
     ) -> Result<Vec<ContactCandidate<D>>, StepError> {
         let SearchContext { structure, places, .. } = context;
-        let normals = places.surface.nodal_normals();
+        let normals = places.surface.normals_at_nodes();
         let all = parallel::collect(self.count(), PIECE, |id| {
             let solid = self.solid_of(id, structure);
             let query = |other: usize| match id.checked_sub(self.nodes.len()) {
@@ -183,7 +183,7 @@ impl<const D: usize> SolidContacts<D> {
                 let Some(query) = query(other) else { return Ok(Vec::new()) };
                 let mut feet = places.surface.feet(other, query.x, query.reach);
                 if other == solid {
-                    self.keep_facing(context, &query, normals[query.shares[0].0 as usize], &mut feet);
+                    self.keep_facing(context, &query, &normals[query.shares[0].0 as usize], &mut feet);
                 }
                 self.at_feet(&query, other, context, &feet)
             };
@@ -336,13 +336,14 @@ impl<const D: usize> SolidContacts<D> {
         self.nodes.iter().map(error).fold(0.0, f64::max)
     }
 
-    /// Keeps the places on the surface of the same solid that face a queried node with this normal, have come nearer
-    /// since the start, and haven't the solid between themselves and the node.
+    /// Keeps the places on the surface of the same solid that face a queried node, one of the facets with these normals
+    /// there, have come nearer since the start, and haven't the solid between themselves and the node. At edges and
+    /// corners the facets count and no mean of theirs: two edges that meet face each other with some.
     fn keep_facing<const N: usize>(
         &self,
         context: &SearchContext<'_, D, N>,
         query: &ContactQuery<D>,
-        normal: Vector<D>,
+        normals: &[Vector<D>],
         feet: &mut Vec<FacetFoot<D>>,
     ) {
         let (surface, node) = (context.places.surface, query.shares[0].0);
@@ -351,13 +352,16 @@ impl<const D: usize> SolidContacts<D> {
             let way = way(foot);
             way.dot(self.reference.facet_normal_at(foot)) < THROUGH_COSINE * way.norm()
         };
-        feet.retain(|foot| !surface.holds(foot, node) && surface.facet_normal_at(foot).dot(normal) < FACING_COSINE);
+        feet.retain(|foot| {
+            let other = surface.facet_normal_at(foot);
+            !surface.holds(foot, node) && normals.iter().any(|normal| other.dot(*normal) <= FACING_COSINE)
+        });
         let behind = feet.iter().filter(|foot| lies_behind(foot)).map(|foot| foot.distance);
         let thickness = behind.fold(f64::INFINITY, f64::min);
         let deepest = f64::min(self.largest, LARGEST_DEPTH * thickness);
         feet.retain(|foot| {
-            let faces = surface.normal_at(foot).dot(normal) < FACING_COSINE && foot.distance < way(foot).norm();
-            faces && !lies_behind(foot) && surface.signed_distance(query.x, foot) > -deepest
+            let is_nearer = foot.distance < way(foot).norm();
+            is_nearer && !lies_behind(foot) && surface.signed_distance(query.x, foot) > -deepest
         });
     }
 }

@@ -1,6 +1,7 @@
-//! Films between two solids.
+//! Films between two solids, and in slots of one.
 
 use super::super::mesh::SolidMesh;
+use super::super::mesh::shapes::slotted;
 use super::super::surface::tests::{disc, rotation, turned_box};
 use super::tests::check_facets;
 use super::*;
@@ -85,4 +86,39 @@ fn a_film_has_the_volume_between_the_sides() {
     let (mesh, cut) = cut_by_pair::<2, 3>(20, [&blocks[0], &blocks[1]]);
     let volume = cut.volume_inside(&mesh);
     assert!((volume - 2.0 * (0.52 + 0.45)).abs() < 1e-6, "{volume}");
+}
+
+/// The force of an even pressure of 1 Pa on a solid [N], and the number of elements with a film between two of its
+/// sides.
+fn force_on_one<const D: usize, const N: usize>(cells: usize, solid: &SolidMesh<D>) -> (f64, usize) {
+    let mesh = Mesh::<D, N>::block(Vector::splat(-1.0), Vector::splat(1.0), [cells; D]).unwrap();
+    let surface = SolidSurface::new(&[(solid, 0)], &solid.nodes);
+    let cut = SolidCut::new(&mesh, &surface, &[]);
+    check_facets(&mesh, &cut);
+    let mut force = Vector::<D>::ZERO;
+    for element in &cut.elements {
+        for part in &element.parts {
+            let simplex = Simplex::new(cut.corners(&mesh, element, part)).unwrap();
+            for (vertex, gradient) in part.vertices.iter().zip(simplex.gradient) {
+                force += if let Vertex::Point(_) = vertex { gradient * simplex.volume } else { Vector::ZERO };
+            }
+        }
+    }
+    let is_in_film = |point: &u32| cut.points[*point as usize].film_edge.is_some();
+    let films = cut.elements.iter().filter(|element| element.points.iter().any(is_in_film)).count();
+    (force.norm(), films)
+}
+
+/// So it is in a narrow slot of one solid.
+#[test]
+fn an_even_pressure_has_no_force_on_a_solid_with_a_narrow_slot() {
+    for gap in [0.6, 0.3, 0.1, 0.01] {
+        let slot = |cells: usize| [0.013, 0.013 + gap * 2.0 / cells as f64];
+        let plane = slotted([Vector([-0.45, -0.37]), Vector([0.51, 0.43])], slot(20));
+        let (force, films) = force_on_one::<2, 3>(20, &plane);
+        assert!(force < 1e-13 && films > 2, "plane, {gap}: {force:e} {films}");
+        let space = slotted([Vector([-0.45, -0.37, -0.41]), Vector([0.51, 0.43, 0.39])], slot(10));
+        let (force, films) = force_on_one::<3, 4>(10, &space);
+        assert!(force < 1e-13 && films > 10, "space, {gap}: {force:e} {films}");
+    }
 }

@@ -7,6 +7,8 @@
 
 mod enclosed;
 pub mod gauss;
+#[cfg(test)]
+pub(in crate::pfem2) mod shapes;
 
 use crate::math::Vector;
 use std::collections::BTreeMap;

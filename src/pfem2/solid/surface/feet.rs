@@ -48,7 +48,7 @@ impl<const D: usize> SolidSurface<D> {
         self.signed(x, foot.facet, foot.local, foot.position)
     }
 
-    /// Outward unit normal at a foot.
+    /// Outward unit normal at a foot, the mean of the facets that meet there.
     pub(in crate::pfem2::solid) fn normal_at(&self, foot: &FacetFoot<D>) -> Vector<D> {
         self.normals.at(&self.facets, foot.facet, foot.local).normalized().unwrap_or_default()
     }
@@ -68,29 +68,24 @@ impl<const D: usize> SolidSurface<D> {
         self.facets[foot.facet as usize].nodes.contains(&node)
     }
 
-    /// Unit normals at all nodes of the surface, in the mean over their facets; zero elsewhere.
-    pub(in crate::pfem2::solid) fn nodal_normals(&self) -> Vec<Vector<D>> {
-        self.mean_normals().into_iter().map(|mean| mean.normalized().unwrap_or_default()).collect()
-    }
-
     /// True for nodes at edges and corners of the surface, where the normals of facets differ by more than some 50°.
     pub(in crate::pfem2::solid) fn sharp_nodes(&self) -> Vec<bool> {
         /// Length of the mean of unit normals below which they differ.
         const DIFFERENT: f64 = 0.9;
-        self.mean_normals().into_iter().map(|mean| mean.norm() < DIFFERENT).collect()
+        let mean = |own: &Vec<Vector<D>>| own.iter().copied().sum::<Vector<D>>() / own.len().max(1) as f64;
+        self.normals_at_nodes().iter().map(|own| mean(own).norm() < DIFFERENT).collect()
     }
 
-    /// The mean of the normals of all facets at each node; zero inside.
-    fn mean_normals(&self) -> Vec<Vector<D>> {
-        let (mut sum, mut count) = (vec![Vector::ZERO; self.positions.len()], vec![0u32; self.positions.len()]);
+    /// Unit normals of all facets that meet at each node; none inside.
+    pub(in crate::pfem2::solid) fn normals_at_nodes(&self) -> Vec<Vec<Vector<D>>> {
+        let mut normals = vec![Vec::new(); self.positions.len()];
         for facet in &self.facets {
             for (a, &node) in facet.nodes.iter().enumerate() {
                 let along = [a % 3, a / 3].map(|k| k as f64 - 1.0);
-                sum[node as usize] += facet.normal(if D == 3 { along } else { [along[0], 0.0] });
-                count[node as usize] += 1;
+                normals[node as usize].push(facet.normal(if D == 3 { along } else { [along[0], 0.0] }));
             }
         }
-        sum.into_iter().zip(count).map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+        normals
     }
 
     /// The point of a facet that is farthest against a unit vector, where the facet is round and it lies clearly beyond
