@@ -192,20 +192,20 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
     }
 
     /// Sets the pressure of nodes inside with fluid on several sides, which acts nowhere, to the mean of those of the
-    /// sides [Pa]: for outputs.
+    /// sides by the volume of the fluid beside it [Pa]: for outputs.
     pub fn show_pressure_of_sides(&self, mesh: &Mesh<D, N>, constraints: &Constraints<D, N>, nodal: &mut [f64]) {
         let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
-        for element in &self.elements {
-            let nodes = mesh.elements()[element.element as usize];
-            let own = element.pressures(nodes.map(|node| nodal[node as usize]));
+        for (element, cut) in self.elements.iter().zip(&self.cut.elements) {
+            let own = element.pressures(cut.nodes.map(|node| nodal[node as usize]));
+            let volume = cut.share * mesh.simplex(cut.element as usize).volume;
             for k in element.one_sided() {
-                let (sum, count) = sums.entry(nodes[k]).or_default();
-                (*sum, *count) = (*sum + own[k], *count + 1.0);
+                let (sum, all) = sums.entry(cut.nodes[k]).or_default();
+                (*sum, *all) = (*sum + own[k] * volume, *all + volume);
             }
         }
         let acts = |node: u32| constraints.mask[node as usize] >> D & 1 == 0;
-        let shown = sums.into_iter().filter(|(node, _)| !acts(*node));
-        shown.for_each(|(node, (sum, count))| nodal[node as usize] = sum / count);
+        let shown = sums.into_iter().filter(|(node, (_, all))| !acts(*node) && *all > 0.0);
+        shown.for_each(|(node, (sum, all))| nodal[node as usize] = sum / all);
     }
 
     /// True if the pressure of a node acts in an element.
