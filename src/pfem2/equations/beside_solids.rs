@@ -23,9 +23,13 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             match phases.filling(&own.nodes) {
                 Filling::Cut(pair, level) => {
                     let (level, drive) = (own.level_on_its_side(level), drives.drive(e, true));
-                    match level.iter().all(|phi| (*phi < 0.0) == (level[0] < 0.0)) {
-                        true => self.pure_fluid(e, pair[usize::from(level[0] >= 0.0)], &drive),
-                        false => self.two_fluids(&region, e, pair, level, &drive),
+                    let is_pure = level.iter().all(|phi| (*phi < 0.0) == (level[0] < 0.0));
+                    // Enriched, a sliver of fluid beside a thin wall would alone tell the pressure at its nodes inside.
+                    let is_beside_thin_wall = own.nodes_of_two_sides().next().is_some();
+                    match (is_pure, is_beside_thin_wall) {
+                        (true, _) => self.pure_fluid(e, pair[usize::from(level[0] >= 0.0)], &drive),
+                        (false, true) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
+                        (false, false) => self.two_fluids(&region, e, pair, level, &drive),
                     }
                 }
                 Filling::Pure(_) | Filling::Mixed(_) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
