@@ -12,10 +12,33 @@ use crate::simulation::Solver;
 
 const GRAVITY: f64 = 9.81;
 
+/// The largest speed in five steps from rest, over √(g H), of solids in a box full of water of height H = 1.
+fn largest_in_water<const D: usize, const N: usize>(
+    cells: usize,
+    solids: Vec<SolidSetup<D>>,
+    speed: impl Fn(&Pfem2<D, N>) -> f64,
+) -> f64 {
+    let mesh = Mesh::<D, N>::block(Vector::ZERO, Vector::splat(1.0), [cells; D]).unwrap();
+    let down = std::array::from_fn(|axis| if axis + 1 == D { (-GRAVITY).into() } else { Signal::ZERO });
+    let physics = physics(vec![fluid("water", 1000.0, 1e-3)], down);
+    let physics = Physics { stabilisation: Stabilisation::Dynamic, ..physics };
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let mut setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
+    setup.linear = SolverOptions { kind: SolverKind::Direct, tolerance: 1e-13, ..SolverOptions::default() };
+    setup.solids = Some(Structure::new(solids).unwrap());
+    let mut pfem = Pfem2::new(setup);
+    let dt = 0.01;
+    pfem.begin(0.0, dt).unwrap();
+    let of_step = |k: i32| {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        speed(&pfem)
+    };
+    (0..5).map(of_step).fold(0.0, f64::max) / GRAVITY.sqrt()
+}
+
 /// Two blocks as heavy as the water around them, side by side with this gap [m], after some steps: the largest speed of
 /// water and blocks over √(g H).
 fn speed_of_blocks<const D: usize, const N: usize>(gap: [f64; 2], cells: usize) -> f64 {
-    let mesh = Mesh::<D, N>::block(Vector::ZERO, Vector::splat(1.0), [cells; D]).unwrap();
     let block = |name: &str, lower: f64, upper: f64| {
         let own = SolidMesh::block(
             Vector::from_fn(|axis| if axis == 0 { lower } else { 0.33 }),
@@ -26,23 +49,10 @@ fn speed_of_blocks<const D: usize, const N: usize>(gap: [f64; 2], cells: usize) 
         SolidSetup::free(name, own.unwrap(), law)
     };
     let blocks = vec![block("left", 0.21, gap[0]), block("right", gap[1], 0.83)];
-    let down = std::array::from_fn(|axis| if axis + 1 == D { (-GRAVITY).into() } else { Signal::ZERO });
-    let physics = physics(vec![fluid("water", 1000.0, 1e-3)], down);
-    let physics = Physics { stabilisation: Stabilisation::Dynamic, ..physics };
-    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
-    let mut setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
-    setup.linear = SolverOptions { kind: SolverKind::Direct, tolerance: 1e-13, ..SolverOptions::default() };
-    setup.solids = Some(Structure::new(blocks).unwrap());
-    let mut pfem = Pfem2::new(setup);
-    let dt = 0.01;
-    pfem.begin(0.0, dt).unwrap();
-    let mut speed: f64 = 0.0;
-    for k in 0..5 {
-        pfem.step(f64::from(k) * dt, dt).unwrap();
+    largest_in_water::<D, N>(cells, blocks, |pfem| {
         let solids = fastest(&pfem.solids.as_ref().unwrap().structure.state.velocity);
-        speed = speed.max(solids).max(fastest(&pfem.system.velocity));
-    }
-    speed / GRAVITY.sqrt()
+        solids.max(fastest(&pfem.system.velocity))
+    })
 }
 
 /// Blocks as heavy as water rest in it, however near they are to each other: the film between them bears the pressure of
@@ -77,24 +87,10 @@ fn speed_of_a_slotted_body<const D: usize, const N: usize>(slot: [f64; 2], cells
         false => Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, young, 0.3) }),
     };
     let own = SolidSetup::free("body", slotted(corners, slot), law);
-    let mesh = Mesh::<D, N>::block(Vector::ZERO, Vector::splat(1.0), [cells; D]).unwrap();
-    let down = std::array::from_fn(|axis| if axis + 1 == D { (-GRAVITY).into() } else { Signal::ZERO });
-    let physics = physics(vec![fluid("water", 1000.0, 1e-3)], down);
-    let physics = Physics { stabilisation: Stabilisation::Dynamic, ..physics };
-    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
-    let mut setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
-    setup.linear = SolverOptions { kind: SolverKind::Direct, tolerance: 1e-13, ..SolverOptions::default() };
-    setup.solids = Some(Structure::new(vec![own]).unwrap());
-    let mut pfem = Pfem2::new(setup);
-    let dt = 0.01;
-    pfem.begin(0.0, dt).unwrap();
-    let mut speed: f64 = 0.0;
-    for k in 0..5 {
-        pfem.step(f64::from(k) * dt, dt).unwrap();
+    largest_in_water::<D, N>(cells, vec![own], |pfem| {
         let structure = &pfem.solids.as_ref().unwrap().structure;
-        speed = speed.max(structure.momentum().norm() / structure.mass());
-    }
-    speed / GRAVITY.sqrt()
+        structure.momentum().norm() / structure.mass()
+    })
 }
 
 /// A body as heavy as water rests in it, however narrow a slot in it is.

@@ -18,6 +18,9 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Takes the pressures of nodes inside with fluid on two sides from those of the nodes outside of the element, whose
     /// places are `corners` [m].
     pub(super) fn take_sides(&mut self, cut: &CutBySolid<N>, fluid: &FluidPart<D, N>, corners: &[Vector<D>; N]) {
+        if cut.nodes_of_two_sides().next().is_none() {
+            return;
+        }
         let outside: Vec<usize> = (0..N).filter(|&k| cut.outside[k]).collect();
         if outside.is_empty() {
             return;
