@@ -5,7 +5,7 @@ use super::*;
 use crate::material::{Elastic, NeoHookean, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceTraction};
+use crate::pfem2::solid::setup::{HeldNodes, Inertia, SolidSetup, SurfaceTraction};
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::surface::tests::disc;
 use crate::simulation::Solver;
@@ -462,4 +462,26 @@ fn a_strip_that_comes_down_lies_on_the_floor() {
         let down = height - load / stiffness * (span * s.powi(3) / 18.0 - s.powi(4) / 24.0);
         assert!((start[1] - end[1] - down).abs() < 0.015 * height, "{}: {} {down}", start[0], start[1] - end[1]);
     }
+}
+
+/// A block that its support drives through another one, which is held: the run stops once a node is deeper than the
+/// gap behind its surface, and says which of both it is.
+#[test]
+fn a_run_stops_where_a_solid_is_driven_through_another() {
+    let held = |corners, velocity: [f64; 2]| {
+        let mut own = block(corners, [2, 2], 1e6, 0.0, velocity);
+        let nodes = (0..own.mesh.nodes.len() as u32).collect();
+        own.held = vec![HeldNodes { nodes, velocity: velocity.map(|v| Some(v.into())) }];
+        own
+    };
+    let blocks = vec![held([[0.2, 0.42], [0.4, 0.62]], [1.0, 0.0]), held([[0.5, 0.33], [0.7, 0.73]], [0.0; 2])];
+    let mut pfem = in_gas(blocks, [0.0; 2]);
+    let dt = 0.01;
+    pfem.begin(0.0, dt).unwrap();
+    let error = (0..30).find_map(|k| pfem.step(f64::from(k) * dt, dt).err().map(|error| (k, error)));
+    let (k, error) = error.expect("it is through");
+    let message = error.to_string();
+    assert!(message.contains("has gone through the surface of"), "{message}");
+    let depth = f64::from(k + 1) * dt - 0.1;
+    assert!(depth > GAP && depth < GAP + 2.0 * dt, "{depth} {GAP}");
 }

@@ -13,7 +13,7 @@
 //! turns. Of one solid all are, with half of their area. Forces on a pair add up to nothing, whatever touches. Which
 //! of the candidates act in the end is found in the step, (J.11a).
 
-use super::force::{ContactCandidate, ContactLaw, GAP, REACH};
+use super::force::{ContactCandidate, ContactLaw, GAP, REACH, gap_scale};
 use super::places::{ContactPlaces, NodeArea, node_areas};
 use crate::error::{Place, StepError};
 use crate::math::Vector;
@@ -291,24 +291,27 @@ impl<const D: usize> SolidContacts<D> {
             false => (1.0, f64::INFINITY),
         };
         let [own, body] = [solid, other].map(|solid| self.bodies[solid]);
+        let [of_mesh, of_pair] = self.gaps(context.mesh, x, [solid, other]);
+        let gap = of_pair.min(at_most);
         let against = weights.into_iter().map(|(b, weight)| (b, -weight));
         ContactCandidate {
             point: id,
             shares: query.shares.iter().copied().chain(against).collect(),
             normal: place.normal,
             distance: place.distance,
-            gap: self.gap(context.mesh, x, [solid, other]).min(at_most),
+            gap,
+            scale: gap_scale(gap, of_mesh),
             area: share * area,
             law: law.combined(body.law),
             friction: (own.friction * body.friction).sqrt(),
         }
     }
 
-    /// The gap that two solids keep at a place [m].
-    fn gap<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>, pair: [usize; 2]) -> f64 {
-        let size = self.size_at(mesh, x);
+    /// The gap of the mesh at a place, and the one that two solids keep there, which may begin nearer [m].
+    fn gaps<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>, pair: [usize; 2]) -> [f64; 2] {
+        let of_mesh = (GAP * self.size_at(mesh, x)).min(self.largest);
         let start = self.starts.get(&[pair[0].min(pair[1]), pair[0].max(pair[1])]);
-        (GAP * size).min(self.largest).min(start.copied().unwrap_or(f64::INFINITY))
+        [of_mesh, of_mesh.min(start.copied().unwrap_or(f64::INFINITY))]
     }
 
     /// Size of the elements of the fluid's mesh at a place [m]; infinite outside.

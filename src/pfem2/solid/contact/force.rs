@@ -110,6 +110,9 @@ pub struct ContactCandidate<const D: usize> {
     pub distance: f64,
     /// g [m].
     pub gap: f64,
+    /// g, or a hundredth of that of the mesh where the pair began nearer than that [m]: depths and creep are measured
+    /// by it.
+    pub scale: f64,
     /// A [m²].
     pub area: f64,
     /// Elastic with k, or rigid.
@@ -119,10 +122,10 @@ pub struct ContactCandidate<const D: usize> {
 }
 
 impl<const D: usize> ContactCandidate<D> {
-    /// Depth of an elastic solid in the gap, over it.
+    /// Depth of an elastic solid in the gap, over its scale.
     pub(in crate::pfem2::solid) fn depth(&self) -> f64 {
         match self.law {
-            ContactLaw::Elastic(_) => (self.gap - self.distance).max(0.0) / self.gap.max(f64::MIN_POSITIVE),
+            ContactLaw::Elastic(_) => (self.gap - self.distance).max(0.0) / self.scale,
             ContactLaw::Rigid(_) => 0.0,
         }
     }
@@ -183,7 +186,7 @@ pub struct Contact<const D: usize> {
     pub is_active: bool,
     shares: Vec<(u32, f64)>,
     normal: Vector<D>,
-    /// A k g of elastic solids: the force that would close the gap [N].
+    /// A k times the scale of the gap, of elastic solids: the force that would close it [N].
     closing: f64,
     /// Normal force without a velocity [N].
     push: f64,
@@ -229,7 +232,7 @@ impl<const D: usize> Contact<D> {
     }
 
     fn elastic(pressure: f64, last: Vector<D>, candidate: ContactCandidate<D>, step: &ContactStep<'_, D>) -> Self {
-        let ContactCandidate { point, shares, normal, distance, gap, area, friction, .. } = candidate;
+        let ContactCandidate { point, shares, normal, distance, gap, scale, area, friction, .. } = candidate;
         let pushed = last.dot(normal).max(0.0);
         let velocity = relative(&shares, step.velocity);
         let along = velocity + relative(&shares, step.velocity_increment);
@@ -239,10 +242,10 @@ impl<const D: usize> Contact<D> {
             point,
             is_active: distance < gap || pushed > 0.0 && !step.anew,
             normal,
-            closing: stiffness * gap,
+            closing: stiffness * scale,
             push: stiffness * (gap - distance - normal.dot(relative(&shares, step.displacement_offset))),
             resistance: stiffness * step.delta,
-            friction: friction * pushed / along.norm().max(slowest(gap, step.dt)),
+            friction: friction * pushed / along.norm().max(slowest(scale, step.dt)),
             arrival: (pushed == 0.0).then(|| -velocity.dot(normal)),
             impulse: None,
             shares,
@@ -257,7 +260,7 @@ impl<const D: usize> Contact<D> {
     ) -> Self {
         let reached = candidate.gap.min(least.start);
         let start = candidate.distance_at_start(step);
-        let ContactCandidate { point, shares, normal, distance, gap, friction, .. } = candidate;
+        let ContactCandidate { point, shares, normal, distance, gap, scale, friction, .. } = candidate;
         let before = relative(&shares, step.velocity);
         let slow = IMPACT * step.dt * relative(&shares, step.acceleration).dot(normal).abs();
         // By the way that is predicted: points of what rolls come near on curves, and others are nearer then.
@@ -268,7 +271,7 @@ impl<const D: usize> Contact<D> {
             true => -restitution * speed,
             false => (reached - start + RETURN * (gap - reached)) / step.dt,
         };
-        let (resistance, slowest) = (IMPULSE * mass / step.delta, slowest(gap, step.dt));
+        let (resistance, slowest) = (IMPULSE * mass / step.delta, slowest(scale, step.dt));
         let share = step.delta / step.dt;
         let impulse = Some(RigidImpulse { before, target_velocity, friction, slowest, share, is_collision });
         Self {
@@ -296,7 +299,7 @@ impl<const D: usize> Contact<D> {
         if self.impulse.is_some() { 0.0 } else { self.force(velocity).dot(self.normal) }
     }
 
-    /// Depth of an elastic solid in the gap with this normal force [N], over the gap.
+    /// Depth of an elastic solid in the gap with this normal force [N], over its scale.
     pub(in crate::pfem2::solid) fn depth(&self, force: f64) -> f64 {
         if self.closing > 0.0 { force / self.closing } else { 0.0 }
     }
@@ -383,8 +386,15 @@ impl<const D: usize> Contact<D> {
 }
 
 /// ε: the velocity along a surface up to which places that stick may creep [m/s].
-fn slowest(gap: f64, dt: f64) -> f64 {
-    CREEP * gap.abs().max(f64::MIN_POSITIVE) / dt
+fn slowest(scale: f64, dt: f64) -> f64 {
+    CREEP * scale / dt
+}
+
+/// The length by which depths and creep are measured in a gap beside one that the mesh would have [m].
+pub(super) fn gap_scale(gap: f64, of_mesh: f64) -> f64 {
+    /// Least part of the gap of the mesh.
+    const LEAST: f64 = 0.01;
+    gap.max(LEAST * of_mesh).max(f64::MIN_POSITIVE)
 }
 
 /// Σ c_i v_i.

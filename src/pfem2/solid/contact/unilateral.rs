@@ -151,6 +151,7 @@ mod tests {
             normal: Vector([0.0, 1.0]),
             distance: 1.0 + height,
             gap: 1.0,
+            scale: 1.0,
             area: 1.0,
             law: ContactLaw::Elastic(1e3),
             friction: 0.0,

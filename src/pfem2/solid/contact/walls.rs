@@ -1,14 +1,15 @@
 //! Contact of solids with walls: their nodes keep a gap of half an element, in which fluid stays (theory J.8).
 //!
 //! ```text
-//! d(x): distance from the wall,  n: its normal,  g: gap,  A_a = ∫ N_a dA,  k = 10 (λ + 2μ)/h
+//! d(x): distance from the wall,  n: its normal,  A_a = ∫ N_a dA,  k = 10 (λ + 2μ)/h
+//! g = min(½ height of the element at the wall, d at the start):  gap;  half of that d for nodes beside a support
 //! d(x*) near g:                          a candidate of node a, with the force of `force.rs`
 //! d(x*) < g, or f_n > 0 in the last step:        it acts in the first solution of the step
 //! ```
 //!
 //! Which of the candidates act in the end is found in the step, (J.11a): none pulls (`unilateral.rs`, `impulses.rs`).
 
-use super::force::{ContactCandidate, ContactLaw, GAP, REACH};
+use super::force::{ContactCandidate, ContactLaw, GAP, REACH, gap_scale};
 use super::places::{ContactPlaces, NodeArea, node_areas};
 use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
@@ -127,7 +128,7 @@ impl<const D: usize> MeshWalls<D> {
         Self { facets, boxes, largest }
     }
 
-    /// MeshWalls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall.
+    /// Walls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall.
     /// Edges count where they are nearest: others belong to walls that go on there, or are the far side of a corner.
     fn near(&self, x: Vector<D>, reach: f64) -> Vec<NearWall<D>> {
         if !x.is_finite() {
@@ -180,12 +181,12 @@ impl<const D: usize> WallContacts<D> {
         let walls = MeshWalls::new(mesh, boundary);
         let mut nodes = Vec::new();
         for (solid, setup) in structure.setups().iter().enumerate() {
-            let (mesh, first) = structure.meshes()[solid];
+            let (own, first) = structure.meshes()[solid];
             let held: Vec<Vector<D>> =
-                setup.held.iter().flat_map(|held| &held.nodes).map(|&a| mesh.nodes[a as usize]).collect();
+                setup.held.iter().flat_map(|held| &held.nodes).map(|&a| own.nodes[a as usize]).collect();
             let mass = structure.mass_of(solid);
             for NodeArea { node, area, size } in node_areas(setup) {
-                let place = mesh.nodes[node as usize];
+                let place = own.nodes[node as usize];
                 let start = walls.near(place, 2.0 * walls.largest);
                 let distance = start.iter().fold(f64::INFINITY, |least: f64, wall| least.min(wall.distance));
                 if !held.is_empty() && start.iter().any(|wall| wall.distance < wall.gap) {
@@ -214,6 +215,7 @@ impl<const D: usize> WallContacts<D> {
                 normal: wall.normal,
                 distance: wall.distance,
                 gap: gap.min(wall.gap),
+                scale: gap_scale(gap.min(wall.gap), wall.gap),
                 area,
                 law,
                 friction,
@@ -244,6 +246,7 @@ impl<const D: usize> WallContacts<D> {
                 normal: wall.normal,
                 distance: wall.distance,
                 gap: gap.min(wall.gap),
+                scale: gap_scale(gap.min(wall.gap), wall.gap),
                 area: 0.0,
                 law,
                 friction,

@@ -22,7 +22,8 @@ pub(super) const LEAST_INNER_EDGE_SHARE: f64 = 1e-6;
 /// together.
 pub(super) const LEAST_GLIDING_EDGE_SHARE: f64 = 1e-3;
 
-/// Films thinner than this part of their edge are left out: there solids touch.
+/// Films between two solids are as thick as this part of their edge at least; thinner ones between two sides of one
+/// solid are left out.
 pub(super) const LEAST_THICKNESS: f64 = 1e-3;
 
 /// A point of the surface that is a corner of the fluid part of elements.

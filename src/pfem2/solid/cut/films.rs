@@ -5,6 +5,7 @@
 //! in different bodies:    s_i and s_j from its ends to where it leaves each
 //! in one:                 s_i = |d_i|/(n_i·e),  s_j = −|d_j|/(n_j·e),  n_i·e > 0,  n_j·e < 0,  n: at the nearest places
 //! s_i + s_j < L,  d(½ (x_i + s_i e + x_j − s_j e)) > 0:  a film crosses it, with two cut points
+//! in different bodies that touch:  L/1000 thick about ½ (x_i + s_i e + x_j − s_j e)
 //! ```
 //!
 //! Without them such elements would hold nothing, and the pressure around would press the two surfaces together, a
@@ -21,6 +22,9 @@ use std::collections::BTreeSet;
 
 /// Cosine of the angle between an edge and a normal below which the edge runs along the surface.
 const LEAST_COSINE: f64 = 0.05;
+
+/// Solids that lie deeper in each other than this part of an edge have no film there.
+const LARGEST_OVERLAP: f64 = 0.05;
 
 /// An edge of the mesh between two nodes inside, the lower first, and the cut points where a film crosses it, the one
 /// beside the lower node first.
@@ -112,7 +116,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             for nodes in mesh.elements_around(i as usize).iter().map(|&e| mesh.elements()[e as usize]) {
                 let others = nodes.into_iter().filter(|&j| j > i && self.is_inside(j));
                 let length = |j: u32| (mesh.nodes()[j as usize] - mesh.nodes()[i as usize]).norm();
-                edges.extend(others.filter(|&j| depth(i) + depth(j) < length(j)).map(|j| [i, j]));
+                edges.extend(
+                    others.filter(|&j| depth(i) + depth(j) < (1.0 + LARGEST_OVERLAP) * length(j)).map(|j| [i, j]),
+                );
             }
         }
         edges.sort_unstable();
@@ -160,18 +166,61 @@ fn film_between<const D: usize>(
     let length = way.norm();
     let along = way / length;
     let [first, second] = ways_to_surface(surface, sides, along, length)?;
-    if first + second >= length * (1.0 - LEAST_THICKNESS) {
-        return None;
-    }
-    let middle = sides[0].position + along * (0.5 * (first + length - second));
+    let gap = length - first - second;
+    let middle = sides[0].position + along * (first + 0.5 * gap);
+    let least = LEAST_THICKNESS * length;
+    let open = (gap > least).then(|| open_film(surface, edge, sides, middle)).flatten();
+    let open = open.filter(|points| (points[1].position - points[0].position).norm() > least);
+    let touch = sides[0].body != sides[1].body && gap < 2.0 * least;
+    open.or_else(|| touch.then(|| touching(surface, edge, sides, middle, gap)).flatten())
+}
+
+/// The cut points of an edge on both sides of a place in a film.
+fn open_film<const D: usize>(
+    surface: &SolidSurface<D>,
+    edge: [u32; 2],
+    sides: [&FilmSide<D>; 2],
+    middle: Vector<D>,
+) -> Option<[CutPoint<D>; 2]> {
+    let length = (sides[1].position - sides[0].position).norm();
     let [own, other] = [0, 1].map(|k| surface.foot_on_body(sides[k].body, middle).map(|foot| foot.distance));
     if own? <= 0.0 || other? <= 0.0 || surface.distance(middle) <= 0.0 {
         return None;
     }
     let point = |k: usize| film_point(surface, sides[k], middle, [edge[k], edge[1 - k]], length);
-    let points = [point(0)?, point(1)?];
-    let thickness = (points[1].position - points[0].position).norm();
-    (thickness > LEAST_THICKNESS * length).then_some(points)
+    Some([point(0)?, point(1)?])
+}
+
+/// The cut points of an edge between solids that touch: half of the least thickness off the place where they do.
+fn touching<const D: usize>(
+    surface: &SolidSurface<D>,
+    edge: [u32; 2],
+    sides: [&FilmSide<D>; 2],
+    middle: Vector<D>,
+    gap: f64,
+) -> Option<[CutPoint<D>; 2]> {
+    let way = sides[1].position - sides[0].position;
+    let length = way.norm();
+    if gap < -LARGEST_OVERLAP * length || surface.distance(middle) < gap.min(0.0) - LEAST_THICKNESS * length {
+        return None;
+    }
+    let place = (middle - sides[0].position).dot(way) / way.norm_squared();
+    let half = 0.5 * LEAST_THICKNESS;
+    let place = place.clamp(LEAST_EDGE_SHARE + half, 1.0 - LEAST_EDGE_SHARE - half);
+    let point = |k: usize, t: f64| {
+        let position = sides[0].position + way * t;
+        let foot = surface.foot_on_body(sides[k].body, position)?;
+        Some(CutPoint {
+            edge: None,
+            film_edge: Some([edge[k], edge[1 - k]]),
+            gliding_node: None,
+            position,
+            weights: surface.weights(&foot),
+            normal: None,
+            bound_directions: None,
+        })
+    };
+    Some([point(0, place - half)?, point(1, place + half)?])
 }
 
 /// The cut point between a place in a film and a node inside, on an edge of this length [m] whose nodes, that one
