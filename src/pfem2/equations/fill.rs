@@ -87,7 +87,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let source = sources[0] * share + sources[1] * (1.0 - share) + drive.inertia(&self.equations);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
-        let tension = surface_tension::forces(&level, &x, simplex, tension, self.mesh_data.open[e]);
+        let tension = surface_tension::forces(&level, &x, simplex, tension, self.mesh_data.outlets[e]);
         let inertia = match self.physics.mass {
             Mass::Lumped => [[0.0; N]; N],
             Mass::Consistent => {

@@ -7,7 +7,7 @@ use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mesh::domain::{BoxMesh, DomainMesh, Refinement};
 use crate::mesh::{Facet, Locator, Mesh};
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
+use crate::pfem2::boundary::BoundarySetup;
 use std::path::Path;
 
 /// Volume over the longest edge to the power of the dimension under which an element is said to be nearly flat; 0.43 in
@@ -48,7 +48,7 @@ impl Construction<'_> {
             return;
         }
         let mut open = vec![false; count];
-        for set in sets.iter().filter(|set| set.condition.kind() == BoundaryKind::Outlet) {
+        for set in sets.iter().filter(|set| set.condition.kind().has_free_flux()) {
             set.facets.iter().for_each(|facet| open[piece[facet.element as usize]] = true);
         }
         let Some(closed) = open.iter().rposition(|open| !open) else { return self.one_shift(count) };

@@ -85,7 +85,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
             Stabilisation::ConsistentPspg | Stabilisation::Dynamic => fluid.tau / equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
-        for facet in part_facets(part, fluid.walls) {
+        for facet in part_facets(part, fluid.held) {
             facet.press_enriched(part, &fluid.level, |vertex, k, area| {
                 self.columns[k].add(&maps[vertex], area);
                 self.rows[k].add(&maps[vertex], area);
