@@ -104,7 +104,7 @@ impl<const N: usize> Enriched<N> {
 
     fn condensed(&self, columns: &[[[f64; N]; N]], i: usize, j: usize) -> Block<N> {
         let mut block = [[0.0; N]; N];
-        // Becker (31), (32): K̂ − K_ss = −K_se K_ee⁻¹ K_es; theory (G.17).
+        // Becker (32): K̂ − K_ss = −K_se K_ee⁻¹ K_es, for the system Becker (31); theory (G.17).
         for (k, column) in columns.iter().enumerate() {
             for (l, row) in self.rows.iter().enumerate() {
                 for r in 0..N {
