@@ -64,7 +64,7 @@ impl<const D: usize> Walls<D> {
     /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the
     /// start of a step that strain the particles.
     pub fn bind_lasting_velocities(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
-        self.bind_lasting_velocity(field, velocity, t);
+        self.bind_lasting_at_surface(field, velocity, t);
         let held = self.conditions.iter().zip(&self.field_reactions[field].held).filter(|(_, held)| **held);
         for (&NodeCondition { node, boundary, normal }, _) in held {
             let wall = self.velocity(boundary as usize, grid.position(node as usize), t);

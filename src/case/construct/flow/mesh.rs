@@ -41,7 +41,7 @@ impl Construction<'_> {
             return;
         }
         let locator = Locator::new(mesh);
-        if let Some(e) = (0..piece.len()).find(|&e| locator.over(mesh, e).is_some()) {
+        if let Some(e) = (0..piece.len()).find(|&e| locator.overlapping(mesh, e).is_some()) {
             let message = format!("pieces of the mesh overlap: two elements hold the place ({})", at(mesh.center(e)));
             let help = "a place belongs to one element: leave one of the pieces out, or choose a `group`";
             self.findings.push(Diagnostic::error("mesh", message).help(help));

@@ -217,7 +217,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// As [`Self::bind_lasting_velocities`], at the surface.
-    pub(in crate::mpm::wall) fn bind_lasting_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
+    pub(in crate::mpm::wall) fn bind_lasting_at_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
         let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.held { state.stopped() } else { state.impulse }
         };
