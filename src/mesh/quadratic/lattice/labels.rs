@@ -1,7 +1,7 @@
 //! The patch of the surface to which each quadrilateral of the boundary belongs.
 //!
 //! ```text
-//! E = Σ_q (d(x_q, P)/h + w (1 − n_q·n_P)) + γ #{neighbours q, r: P_q ≠ P_r}
+//! E = Σ_q (d(x_q, P)/h + w (1 − n_q·n_P) + [n_q·n_P < −0.1] 10) + γ #{neighbours q, r: P_q ≠ P_r}
 //! ```
 //!
 //! is lowered one quadrilateral at a time (iterated conditional modes, Besag 1986). Then the quadrilaterals of a patch
@@ -20,6 +20,9 @@ const CHANGE: f64 = 0.4;
 
 /// Cost of a normal that points away from that of the patch.
 const AWAY: f64 = 10.0;
+
+/// Cosine of the angle between two normals below which they point away from each other.
+const AWAY_COSINE: f64 = -0.1;
 
 /// Rounds in which quadrilaterals are looked at again.
 const ROUNDS: usize = 30;
@@ -163,7 +166,7 @@ fn costs(corners: [Vector<3>; 4], features: &Features, cell: f64) -> Vec<(u32, f
     let least = near.iter().map(|(_, distance, _)| *distance).fold(f64::INFINITY, f64::min);
     let cost = |(patch, distance, n): (u32, f64, Vector<3>)| {
         let cosine = n.dot(normal);
-        (patch, distance / cell + DIRECTION * (1.0 - cosine) + if cosine < -0.1 { AWAY } else { 0.0 })
+        (patch, distance / cell + DIRECTION * (1.0 - cosine) + if cosine < AWAY_COSINE { AWAY } else { 0.0 })
     };
     near.into_iter().filter(|(_, distance, _)| *distance < least + REACH * cell).map(cost).collect()
 }
