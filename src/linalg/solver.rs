@@ -154,7 +154,9 @@ impl<const B: usize> LinearSolver<B> {
         outcome
     }
 
-    /// Solves a system whose unknowns are `x`.
+    /// Solves a system whose unknowns are `x`: first with the kept preconditioner, if there is one; then with a fresh one
+    /// of the same method; then with fresh ones of the other methods, each once. What failed says by `reuse.replace`
+    /// that a fresh one is to be made, and from the first of these on all are fresh.
     fn solve_flat(&mut self, system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
         let mut residual = vec![0.0; x.len()];
         let reference = scaled_norm(system.b, system.scaling, &mut residual);
@@ -162,17 +164,10 @@ impl<const B: usize> LinearSolver<B> {
             x.fill(0.0);
             return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
-        let guess = x.to_vec();
-        let (mut history, mut failed_methods, mut is_fresh) = (Vec::new(), 0, false);
+        let (guess, mut history, mut failed_methods, mut is_fresh) = (x.to_vec(), Vec::new(), 0, false);
         self.begin(&system);
-        // First with the kept preconditioner, if there is one; then with a fresh one of the same method; then with
-        // fresh ones of the other methods, each once. What failed says by `reuse.replace` that a fresh one is to be
-        // made, and from the first of these on all are fresh.
         loop {
-            if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
-                is_fresh = true;
-            }
+            is_fresh |= self.rebuild_if_needed(&system);
             self.take_up(&system);
             let limits = self.limits(is_fresh, system.border.is_some(), self.options.tolerance * reference);
             let attempt = self.attempt(&system, x, &mut residual, limits);
@@ -201,6 +196,15 @@ impl<const B: usize> LinearSolver<B> {
             }
             self.turn_to_next();
         }
+    }
+
+    /// Makes a fresh preconditioner, if there is none or the kept one has failed; true if it did.
+    fn rebuild_if_needed(&mut self, system: &BorderedMatrix<B>) -> bool {
+        let is_needed = self.preconditioner.is_none() || self.reuse.replace;
+        if is_needed {
+            self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
+        }
+        is_needed
     }
 
     /// Chooses the method for a system, and gives the kept preconditioner of one with a border its finest matrix.

@@ -32,6 +32,10 @@ pub struct ResidualTerms<'a, const D: usize, const N: usize> {
     pub inertia: f64,
 }
 
+fn sum<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
+    std::array::from_fn(|j| std::array::from_fn(|s| a[j][s] + b[j][s]))
+}
+
 impl<const N: usize> Enriched<N> {
     /// The enrichment of a cut element, with τ [s].
     pub fn new<const D: usize>(
@@ -70,10 +74,7 @@ impl<const N: usize> Enriched<N> {
                 }
             }
         }
-        let sum = |(column, extra): (&[[f64; N]; N], &[[f64; N]; N])| {
-            std::array::from_fn(|j| std::array::from_fn(|s| column[j][s] + extra[j][s]))
-        };
-        let rows = columns.iter().zip(&extra).map(sum).collect();
+        let rows = columns.iter().zip(&extra).map(|(column, extra)| sum(column, extra)).collect();
         Self { rows, columns, inverse: inverse_of_semidefinite(matrix), load, walls: Vec::new() }
     }
 
