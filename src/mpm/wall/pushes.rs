@@ -11,6 +11,7 @@
 //! conditions and mirrors remain.
 
 use super::Walls;
+use super::reaction::MirroredGhost;
 use crate::math::Vector;
 use crate::mpm::grid::{GhostShares, Ghosts};
 
@@ -63,9 +64,9 @@ impl<const D: usize> Walls<D> {
     /// Impulses of mirrors on the particles of a field that take the velocities `w` [m/s], ghosts filled.
     pub fn reflect(&self, field: usize, w: &[Vector<D>]) -> Pushes<D> {
         let mut pushes = self.pushes();
-        for &(side, ghost, mass) in &self.field_reactions[field].ghosts {
+        for &MirroredGhost { side, node, mass } in &self.field_reactions[field].ghosts {
             let (side, axis) = (side as usize, side as usize / 2);
-            pushes.impulse[side] += Vector::unit(axis) * (2.0 * mass * w[ghost as usize][axis]);
+            pushes.impulse[side] += Vector::unit(axis) * (2.0 * mass * w[node as usize][axis]);
         }
         pushes
     }
