@@ -10,6 +10,7 @@ use super::options::SolverOptions;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
 use super::solver_state::{CoarseState, SolverCounters, SolverState};
+use super::sparse::MatrixEntry;
 use super::vectors::{norm, update};
 use std::sync::Arc;
 
@@ -234,8 +235,8 @@ impl<const B: usize> LinearSolver<B> {
         let entries = || kept.iter().flat_map(|_| &self.source_compliance.entries);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            compliance_places: entries().map(|&(row, column, _)| [row, column]).collect(),
-            compliance: entries().map(|&(_, _, value)| value).collect(),
+            compliance_places: entries().map(|entry| [entry.row, entry.column]).collect(),
+            compliance: entries().map(|entry| entry.value).collect(),
             coarse: self.coarse.as_ref().map_or_else(CoarseState::default, CoarseCorrection::state),
             counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
@@ -270,7 +271,7 @@ impl<const B: usize> LinearSolver<B> {
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             let entries = state.compliance_places.iter().zip(&state.compliance);
-            let entries = entries.map(|(&[row, column], &value)| (row, column, value)).collect();
+            let entries = entries.map(|(&[row, column], &value)| MatrixEntry { row, column, value }).collect();
             self.compliance = PressureCompliance { entries, ..Default::default() };
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, HIERARCHY_PRICE);
         }
