@@ -11,7 +11,6 @@
 //! conditions and mirrors remain.
 
 use super::Walls;
-use super::reaction::MirroredGhost;
 use crate::math::Vector;
 use crate::mpm::grid::{GhostShares, Ghosts};
 
@@ -53,6 +52,15 @@ impl<const D: usize> Pushes<D> {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
         });
     }
+}
+
+/// A ghost whose mass a side of the grid mirrors.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MirroredGhost {
+    pub side: u32,
+    pub node: u32,
+    /// Mass [kg].
+    pub mass: f64,
 }
 
 impl<const D: usize> Walls<D> {

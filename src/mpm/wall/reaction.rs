@@ -1,5 +1,6 @@
 //! Forces of walls and obstacles on one velocity field during a step, their work and losses (theory E.9).
 
+use super::pushes::MirroredGhost;
 use super::surface::{SurfacePoint, SurfacePoints};
 use super::{WallWork, Walls, lasting};
 use crate::math::Vector;
@@ -29,15 +30,6 @@ pub struct FieldReaction<const D: usize> {
     /// Contact of the field with surfaces of obstacles, and the particles in contact at the end of the last step.
     pub surface: SurfacePoints<D>,
     pub particle_contacts_before: Vec<lasting::ParticleContact>,
-}
-
-/// A ghost whose mass a side of the grid mirrors.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct MirroredGhost {
-    pub side: u32,
-    pub node: u32,
-    /// Mass [kg].
-    pub mass: f64,
 }
 
 /// Sums over conditions: impulses on the material by boundary [N s], work of the moving walls and of all forces [J].
