@@ -169,7 +169,7 @@ fn probe(name: &str) -> String {
 fn forces(file: &CaseFile, initial: &Snapshot<'_>) -> Vec<Writer> {
     let force = |name: &str| format!("the force on `{name}`");
     if file.method == Method::Pfem2 {
-        let holding = file.boundary.iter().enumerate().filter(|(_, part)| !part.kind.is_open());
+        let holding = file.boundary.iter().enumerate().filter(|(_, part)| part.kind.carries_reaction());
         let writer = |(i, part): (usize, &super::BoundarySpec)| {
             let name = part.part_name();
             Writer::new(&name, part_key(i, part), force(&name))

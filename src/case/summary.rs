@@ -10,7 +10,7 @@ use crate::mpm::{EDGE, Setup};
 use crate::parallel;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
-use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
+use crate::pfem2::{self, boundary::Pin};
 use crate::simulation::{LEAST_STEPS, Solver};
 pub use solid::SolidSummary;
 use solid::{factor_memory, solid_summaries};
@@ -115,7 +115,7 @@ fn factor_numbers(nodes: f64, dimension: usize) -> f64 {
 
 /// Says where the pressure of a closed box is held.
 fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Option<String> {
-    if setup.boundaries.iter().any(|set| set.condition.kind() == BoundaryKind::Outlet) {
+    if setup.boundaries.iter().any(|set| set.condition.kind().has_free_flux()) {
         return None;
     }
     // Without the noise of the last digits, and without the sign of zero.

@@ -16,14 +16,16 @@
 //! fluid it has one eigenvalue per motion, 1 + (added mass)/(inertia and stiffness of the solid). It is near one where
 //! a motion is stiff; soft motions are left to the coarse correction (`coarse`).
 
+use super::sparse::MatrixEntry;
+
 /// Compliance of a border to the pressure of the mesh: Z = E_p D̂⁻¹ F_p with a diagonal D̂ in place of S
 /// (theory (J.10c)).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PressureCompliance {
     /// 1/D̂ of each unknown of the border; zero of those that are left out. Empty: of all.
     pub inverse_diagonal: Vec<f64>,
-    /// Row, column and value of entries of Z between nodes of the mesh, by rows; values of one place add up.
-    pub entries: Vec<(u32, u32, f64)>,
+    /// Entries of Z between nodes of the mesh, by rows; values of one place add up.
+    pub entries: Vec<MatrixEntry>,
 }
 
 /// Values of all unknowns of a system with a border.

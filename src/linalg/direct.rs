@@ -1,7 +1,7 @@
 //! The direct factorisation: S A S = L D Lᵀ, supernodal, by `faer` (theory F.15).
 //!
 //! ```text
-//! A = [ A  G ; Gᵀ  −C ] is quasi-definite: L D Lᵀ exists for every order of elimination (Vanderbei 1995), so the
+//! A = [ K  G ; Gᵀ  −C ] is quasi-definite: L D Lᵀ exists for every order of elimination (Vanderbei 1995), so the
 //! order is free to keep the fill small, and no pivoting is needed. The signs of D are those of A's diagonal.
 //! ```
 //! The order and the structure of L depend on the pattern alone and are kept; a new matrix costs the numbers only.
@@ -26,7 +26,8 @@ use faer::sparse::linalg::cholesky::supernodal::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
-/// A pivot below this, of a matrix scaled to a diagonal of ±1, or with the wrong sign, becomes its square root.
+/// A pivot of a matrix scaled to a diagonal of ±1 that is smaller than this, or has the wrong sign, is replaced by the
+/// square root of this with the sign that it should have.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// The precision in which a factor is kept.

@@ -55,9 +55,9 @@ impl<const B: usize> BlockMatrix<B> {
         (0..self.pattern.rows()).map(|row| std::array::from_fn(|k| scale_of(diagonal(row)[k][k]))).collect()
     }
 
-    /// Factors r_i of the rows of continuity with which their columns of velocity come nearest to the transposed of
-    /// what pressure does in the rows of velocity, Σ (r_i q − g)² → min: r_i = Σ q·g / Σ q·q (theory (F.42a)). One
-    /// where rows and columns are the same, or nothing is there; ½ to 2 elsewhere.
+    /// Factors r_i of the rows of continuity that make the matrix as symmetric as they can: with the entries q of row i
+    /// on velocities and g of velocities on pressure i, Σ (r_i q − g)² → min, r_i = Σ q·g / Σ q·q (theory (F.42a)).
+    /// Between ½ and 2, and one where q = g or all q are zero.
     pub fn row_balance(&self) -> Vec<f64> {
         let p = B - 1;
         let factor = |row: usize| {

@@ -40,5 +40,5 @@ pub use options::{SolverKind, SolverOptions};
 pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, SolveOutcome};
 pub use solver_state::{CoarseCounters, CoarseState, KEPT, REPLACED, SolverCounters, SolverState};
-pub use sparse::{SparseFactor, SparseMatrix};
+pub use sparse::{MatrixEntry, SparseFactor, SparseMatrix};
 pub use symmetric_factor::{PreconditioningFactor, factor_numbers};

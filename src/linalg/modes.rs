@@ -7,7 +7,7 @@
 //! σ is far below the modes that matter and keeps the factor regular where some motions have no stiffness: their λ are
 //! zero to rounding.
 
-use super::sparse::SparseMatrix;
+use super::sparse::{MatrixEntry, SparseMatrix};
 use super::symmetric_factor::PreconditioningFactor;
 use super::vectors::start_vector;
 
@@ -51,7 +51,8 @@ pub fn lowest_modes(stiffness: &SparseMatrix, mass: &SparseMatrix, count: usize)
     let n = stiffness.rows();
     let count = count.min(n);
     let shift = SHIFT * largest_ratio(stiffness, mass);
-    let shifted: Vec<_> = mass.triplets().map(|(row, column, value)| (row, column, shift * value)).collect();
+    let shifted = |entry: MatrixEntry| MatrixEntry { value: shift * entry.value, ..entry };
+    let shifted: Vec<_> = mass.triplets().map(shifted).collect();
     let factor = PreconditioningFactor::double(&stiffness.with(&shifted))?;
     let mut vectors: Vec<Vec<f64>> = (0..(count + SPARE).min(n)).map(|k| start_vector(k, n)).collect();
     let mut last = vec![f64::INFINITY; count];

@@ -298,9 +298,9 @@ fn component<const B: usize>(a: &BlockMatrix<B>, k: usize) -> Csr {
 fn schur_complement<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]], border: &PressureCompliance) -> Csr {
     let columns = a.pattern.columns();
     Csr::from_rows(a.pattern.rows(), a.pattern.rows(), |i, row| {
-        let first = border.entries.partition_point(|entry| (entry.0 as usize) < i);
-        let own = border.entries[first..].iter().take_while(|entry| entry.0 as usize == i);
-        own.for_each(|&(_, column, value)| row.add(column as usize, value as f32));
+        let first = border.entries.partition_point(|entry| (entry.row as usize) < i);
+        let own = border.entries[first..].iter().take_while(|entry| entry.row as usize == i);
+        own.for_each(|entry| row.add(entry.column as usize, entry.value as f32));
         for first in a.pattern.row(i) {
             let middle = columns[first] as usize;
             let block = &a.values[first][B - 1];

@@ -10,6 +10,7 @@ use super::options::SolverOptions;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
 use super::solver_state::{CoarseState, SolverCounters, SolverState};
+use super::sparse::MatrixEntry;
 use super::vectors::{norm, update};
 use std::sync::Arc;
 
@@ -154,7 +155,9 @@ impl<const B: usize> LinearSolver<B> {
         outcome
     }
 
-    /// Solves a system whose unknowns are `x`.
+    /// Solves a system whose unknowns are `x`: first with the kept preconditioner, if there is one; then with a fresh one
+    /// of the same method; then with fresh ones of the other methods, each once. What failed says by `reuse.replace`
+    /// that a fresh one is to be made, and from the first of these on all are fresh.
     fn solve_flat(&mut self, system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
         let mut residual = vec![0.0; x.len()];
         let reference = scaled_norm(system.b, system.scaling, &mut residual);
@@ -162,17 +165,10 @@ impl<const B: usize> LinearSolver<B> {
             x.fill(0.0);
             return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
-        let guess = x.to_vec();
-        let (mut history, mut failed_methods, mut is_fresh) = (Vec::new(), 0, false);
+        let (guess, mut history, mut failed_methods, mut is_fresh) = (x.to_vec(), Vec::new(), 0, false);
         self.begin(&system);
-        // First with the kept preconditioner, if there is one; then with a fresh one of the same method; then with
-        // fresh ones of the other methods, each once. What failed says by `reuse.replace` that a fresh one is to be
-        // made, and from the first of these on all are fresh.
         loop {
-            if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
-                is_fresh = true;
-            }
+            is_fresh |= self.rebuild_if_needed(&system);
             self.take_up(&system);
             let limits = self.limits(is_fresh, system.border.is_some(), self.options.tolerance * reference);
             let attempt = self.attempt(&system, x, &mut residual, limits);
@@ -203,6 +199,15 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
+    /// Makes a fresh preconditioner, if there is none or the kept one has failed; true if it did.
+    fn rebuild_if_needed(&mut self, system: &BorderedMatrix<B>) -> bool {
+        let is_needed = self.preconditioner.is_none() || self.reuse.replace;
+        if is_needed {
+            self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
+        }
+        is_needed
+    }
+
     /// Chooses the method for a system, and gives the kept preconditioner of one with a border its finest matrix.
     fn begin(&mut self, system: &BorderedMatrix<B>) {
         self.return_to_usual();
@@ -230,8 +235,8 @@ impl<const B: usize> LinearSolver<B> {
         let entries = || kept.iter().flat_map(|_| &self.source_compliance.entries);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            compliance_places: entries().map(|&(row, column, _)| [row, column]).collect(),
-            compliance: entries().map(|&(_, _, value)| value).collect(),
+            compliance_places: entries().map(|entry| [entry.row, entry.column]).collect(),
+            compliance: entries().map(|entry| entry.value).collect(),
             coarse: self.coarse.as_ref().map_or_else(CoarseState::default, CoarseCorrection::state),
             counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
@@ -266,7 +271,7 @@ impl<const B: usize> LinearSolver<B> {
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             let entries = state.compliance_places.iter().zip(&state.compliance);
-            let entries = entries.map(|(&[row, column], &value)| (row, column, value)).collect();
+            let entries = entries.map(|(&[row, column], &value)| MatrixEntry { row, column, value }).collect();
             self.compliance = PressureCompliance { entries, ..Default::default() };
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, HIERARCHY_PRICE);
         }

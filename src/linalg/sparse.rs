@@ -12,6 +12,30 @@ use std::ops::Range;
 /// Rows per piece of a parallel loop.
 const ROWS_PER_PIECE: usize = 128;
 
+/// An entry of a matrix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MatrixEntry {
+    /// Its row.
+    pub row: u32,
+    /// Its column.
+    pub column: u32,
+    /// Its value.
+    pub value: f64,
+}
+
+impl MatrixEntry {
+    /// The entry in a row and a column.
+    pub fn new(row: u32, column: u32, value: f64) -> Self {
+        Self { row, column, value }
+    }
+}
+
+impl From<(u32, u32, f64)> for MatrixEntry {
+    fn from((row, column, value): (u32, u32, f64)) -> Self {
+        Self { row, column, value }
+    }
+}
+
 /// A square sparse matrix by compressed rows; columns ascend within a row.
 ///
 /// ```
@@ -36,12 +60,12 @@ pub struct SparseMatrix {
 }
 
 /// Entries (column, value) sorted by row, otherwise in their order, and where each row begins.
-fn by_row(rows: usize, entries: Vec<(u32, u32, f64)>) -> (Vec<u32>, Vec<(u32, f64)>) {
+fn by_row(rows: usize, entries: Vec<MatrixEntry>) -> (Vec<u32>, Vec<(u32, f64)>) {
     let mut first = vec![0u32; rows + 1];
-    entries.iter().for_each(|&(row, ..)| first[row as usize + 1] += 1);
+    entries.iter().for_each(|entry| first[entry.row as usize + 1] += 1);
     (0..rows).for_each(|row| first[row + 1] += first[row]);
     let (mut next, mut sorted) = (first.clone(), vec![(0, 0.0); entries.len()]);
-    for (row, column, value) in entries {
+    for MatrixEntry { row, column, value } in entries {
         let place = &mut next[row as usize];
         sorted[*place as usize] = (column, value);
         *place += 1;
@@ -50,10 +74,10 @@ fn by_row(rows: usize, entries: Vec<(u32, u32, f64)>) -> (Vec<u32>, Vec<(u32, f6
 }
 
 impl SparseMatrix {
-    /// A matrix of `rows` rows and columns, from entries (row, column, value); those at one place are added in their
-    /// order.
-    pub fn from_triplets(rows: usize, entries: Vec<(u32, u32, f64)>) -> Self {
-        let (first, sorted) = by_row(rows, entries);
+    /// A matrix of `rows` rows and columns, from its entries, also as (row, column, value); those at one place are added
+    /// in their order.
+    pub fn from_triplets(rows: usize, entries: impl IntoIterator<Item = impl Into<MatrixEntry>>) -> Self {
+        let (first, sorted) = by_row(rows, entries.into_iter().map(Into::into).collect());
         Self::from_rows(rows, |row, sums| {
             sums.extend(&sorted[first[row] as usize..first[row + 1] as usize]);
             Self::sum_alike(sums);
@@ -107,7 +131,7 @@ impl SparseMatrix {
         (1..start.len()).for_each(|k| start[k] += start[k - 1]);
         let mut next = start.clone();
         let (mut columns, mut values) = (vec![0; self.columns.len()], vec![0.0; self.columns.len()]);
-        for (row, column, value) in self.triplets() {
+        for MatrixEntry { row, column, value } in self.triplets() {
             let place = &mut next[column as usize];
             (columns[*place as usize], values[*place as usize]) = (row, value);
             *place += 1;
@@ -131,9 +155,10 @@ impl SparseMatrix {
         self.columns[range.clone()].binary_search(&(column as u32)).ok().map(|place| range.start + place)
     }
 
-    /// All entries (row, column, value).
-    pub fn triplets(&self) -> impl Iterator<Item = (u32, u32, f64)> + '_ {
-        let of_row = move |row: usize| self.row(row).map(move |n| (row as u32, self.columns[n], self.values[n]));
+    /// All entries, by rows.
+    pub fn triplets(&self) -> impl Iterator<Item = MatrixEntry> + '_ {
+        let entry = move |row: usize, n: usize| MatrixEntry::new(row as u32, self.columns[n], self.values[n]);
+        let of_row = move |row: usize| self.row(row).map(move |n| entry(row, n));
         (0..self.rows()).flat_map(of_row)
     }
 
@@ -156,10 +181,10 @@ impl SparseMatrix {
         }
     }
 
-    /// The matrix with more entries (row, column, value) added.
+    /// The matrix with more entries added.
     #[must_use]
-    pub fn with(&self, more: &[(u32, u32, f64)]) -> Self {
-        Self::from_triplets(self.rows(), self.triplets().chain(more.iter().copied()).collect())
+    pub fn with(&self, more: &[MatrixEntry]) -> Self {
+        Self::from_triplets(self.rows(), self.triplets().chain(more.iter().copied()))
     }
 
     /// The matrix in which every entry is a full block of `size` rows and columns of zeros.
@@ -217,7 +242,7 @@ impl CompressedColumns {
         (0..n).for_each(|column| start[column + 1] += start[column]);
         let mut next = start.clone();
         let (mut rows, mut values) = (vec![0; a.columns.len()], vec![0.0; a.columns.len()]);
-        for (row, column, value) in a.triplets() {
+        for MatrixEntry { row, column, value } in a.triplets() {
             let place = &mut next[column as usize];
             rows[*place as usize] = row;
             values[*place as usize] = value * s[row as usize] * s[column as usize];
@@ -309,7 +334,7 @@ mod tests {
                 (i as u32, j as u32, 1e6 * value)
             })
         };
-        SparseMatrix::from_triplets(n, (0..n).flat_map(row).collect())
+        SparseMatrix::from_triplets(n, (0..n).flat_map(row))
     }
 
     #[test]
@@ -326,12 +351,12 @@ mod tests {
         let mut sides = [r.clone(), r.iter().map(|r| -2.0 * r).collect()];
         factor.solve_all(&mut sides);
         assert!(x.iter().zip(&sides[0]).zip(&sides[1]).all(|((x, a), b)| (x - a).abs() + (2.0 * x + b).abs() < 1e-12));
-        let more = a.with(&[(3, 3, 4e6), (3, 3, 5e6)]);
+        let more = a.with(&[4e6, 5e6].map(|value| MatrixEntry::new(3, 3, value)));
         more.multiply(&x, &mut r);
         let mut factor = factor.renewed(&more).unwrap();
         factor.solve(&r, &mut z);
         assert!(x.iter().zip(&z).all(|(x, z)| (x - z).abs() < 1e-12));
-        let wider = more.with(&[(0, 39, 1e6)]);
+        let wider = more.with(&[MatrixEntry::new(0, 39, 1e6)]);
         wider.multiply(&x, &mut r);
         factor.renewed(&wider).unwrap().solve(&r, &mut z);
         assert!(x.iter().zip(&z).all(|(x, z)| (x - z).abs() < 1e-12));

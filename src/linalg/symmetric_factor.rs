@@ -8,7 +8,7 @@
 //! must be small beside |x|.
 
 use super::direct::{Precision, structure};
-use super::sparse::{SparseFactor, SparseMatrix};
+use super::sparse::{MatrixEntry, SparseFactor, SparseMatrix};
 use super::vectors::{norm, start_vector};
 use dyn_stack::{MemBuffer, MemStack};
 use faer::Side;
@@ -75,8 +75,8 @@ impl Analysed {
     fn multiply(&self, x: &[f64]) -> Vec<f64> {
         let SymbolicFactor { order, scaling, .. } = &self.structure;
         let mut y = vec![0.0; x.len()];
-        for (k, i, value) in self.lower.triplets() {
-            let [k, i] = [k, i].map(|place| order[place as usize] as usize);
+        for MatrixEntry { row, column, value } in self.lower.triplets() {
+            let [k, i] = [row, column].map(|place| order[place as usize] as usize);
             let value = value / (scaling[i] * scaling[k]);
             y[i] += value * x[k];
             y[k] += if i == k { 0.0 } else { value * x[i] };
@@ -146,7 +146,7 @@ fn lower_part(a: &SparseMatrix, order: &[u32], s: &[f64]) -> SparseMatrix {
 /// Entries of the factor of a symmetric matrix with these entries, of which those on its diagonal and below count;
 /// `None` where they are too many to be counted.
 pub fn factor_numbers(a: &SparseMatrix) -> Option<usize> {
-    let upper = SparseMatrix::from_triplets(a.rows(), a.triplets().filter(|(row, column, _)| column <= row).collect());
+    let upper = SparseMatrix::from_triplets(a.rows(), a.triplets().filter(|entry| entry.column <= entry.row));
     let pattern = SymbolicSparseColMatRef::new_checked(a.rows(), a.rows(), &upper.start, None, &upper.columns);
     let symbolic = factorize_symbolic_cholesky(pattern, Side::Upper, Default::default(), Default::default()).ok()?;
     Some(symbolic.len_val())
@@ -205,7 +205,7 @@ mod tests {
     /// A matrix with the symmetric part H and a part that isn't symmetric, as entries.
     fn matrix(h: [[f64; 3]; 3], skew: f64) -> SparseMatrix {
         let entry = |i: usize, j: usize| (i as u32, j as u32, h[i][j] + skew * (j as f64 - i as f64));
-        SparseMatrix::from_triplets(3, (0..9).map(|k| entry(k / 3, k % 3)).collect())
+        SparseMatrix::from_triplets(3, (0..9).map(|k| entry(k / 3, k % 3)))
     }
 
     /// H (1, −2, 3)ᵀ is solved for (1, −2, 3), whatever isn't symmetric.
@@ -233,7 +233,7 @@ mod tests {
     fn single_precision_serves_where_rounding_is_small() {
         let chain = |weak: f64| {
             let spring = |k: u32| [(k, k, 1.0), (k + 1, k + 1, 1.0), (k, k + 1, -1.0), (k + 1, k, -1.0)];
-            SparseMatrix::from_triplets(20, (0..19).flat_map(spring).chain([(0, 0, weak)]).collect())
+            SparseMatrix::from_triplets(20, (0..19).flat_map(spring).chain([(0, 0, weak)]))
         };
         let kind = |weak: f64| PreconditioningFactor::new(&chain(weak)).unwrap();
         assert!(matches!(kind(1e-3).0, FactorKind::Single(..)) && matches!(kind(1e-9).0, FactorKind::Double(..)));
@@ -250,7 +250,7 @@ mod tests {
     fn an_order_of_least_degree_leaves_an_arrow_without_fill() {
         let n = 50;
         let arrow = (1..n).flat_map(|k| [(0, k, -1.0), (k, 0, -1.0), (k, k, n as f64)]).chain([(0, 0, n as f64)]);
-        assert_eq!(factor_numbers(&SparseMatrix::from_triplets(n as usize, arrow.collect())), Some(2 * n as usize - 1));
+        assert_eq!(factor_numbers(&SparseMatrix::from_triplets(n as usize, arrow)), Some(2 * n as usize - 1));
     }
 
     /// With a symmetric part that isn't definite all of the matrix is factorised.

@@ -45,9 +45,9 @@ impl Prestressed {
         Ok(Self { law, prestretch })
     }
 
+    /// The law with its tangent.
     fn own(&self) -> &dyn ElasticLaw {
-        // Asked for when it was made.
-        self.law.elastic_law().expect("an elastic law")
+        self.law.elastic_law().expect("`Prestressed::new` takes laws with an elastic tangent alone")
     }
 
     /// F F₀.
@@ -69,7 +69,7 @@ impl ElasticLaw for Prestressed {
         self.own().linearised(&self.state(state))
     }
 
-    /// Of prestresses in the plane, which leave F₀ without shear across it.
+    /// Thickness from that at F = 1, for prestresses in the plane: F₀ then has no shear across it.
     fn thickness_stretch(&self, in_plane: &Tensor<2>) -> Result<f64, String> {
         let own = Tensor::<2>::from_fn(|i, j| self.prestretch[i][j]);
         Ok(self.own().thickness_stretch(&in_plane.dot(&own))? / self.prestretch[2][2])
@@ -81,7 +81,7 @@ impl ElasticLaw for Prestressed {
 }
 
 impl PointLaw for Prestressed {
-    /// Of the body as it is given.
+    /// Density of the body at F = 1 [kg/m³]: the law counts from there, not from the state without stress.
     fn density(&self) -> f64 {
         self.law.density()
     }

@@ -1,4 +1,5 @@
-//! Tests that every law of material points must pass: one particle of unit mass-to-density, moved by hand.
+//! Tests that every law of material points must pass: of one particle with a volume of 1 m³, which gets a velocity
+//! gradient instead of a grid.
 
 pub mod elastic;
 

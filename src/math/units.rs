@@ -73,8 +73,9 @@ impl Unit {
 }
 
 fn find(name: &str) -> Option<(Unit, bool)> {
-    let row = UNITS.iter().find(|row| row.0 == name)?;
-    Some((Unit { mantissa: row.1, exponent: row.2, dimension: Dimension(row.3) }, row.4))
+    let &NamedUnit { mantissa, exponent, dimension, takes_prefixes, .. } =
+        UNITS.iter().find(|unit| unit.name == name)?;
+    Some((Unit { mantissa, exponent, dimension: Dimension(dimension) }, takes_prefixes))
 }
 
 const PREFIXES: &[(&str, i32)] = &[
@@ -93,27 +94,47 @@ const PREFIXES: &[(&str, i32)] = &[
     ("T", 12),
 ];
 
-/// Name, mantissa, power of ten, dimension (kg m s K), takes prefixes.
-const UNITS: &[(&str, f64, i32, [i8; 4], bool)] = &[
-    ("m", 1.0, 0, [0, 1, 0, 0], true),
-    ("g", 1.0, -3, [1, 0, 0, 0], true),
-    ("tonne", 1.0, 3, [1, 0, 0, 0], false),
-    ("s", 1.0, 0, [0, 0, 1, 0], true),
-    ("min", 60.0, 0, [0, 0, 1, 0], false),
-    ("h", 3600.0, 0, [0, 0, 1, 0], false),
-    ("K", 1.0, 0, [0, 0, 0, 1], true),
-    ("Hz", 1.0, 0, [0, 0, -1, 0], true),
-    ("N", 1.0, 0, [1, 1, -2, 0], true),
-    ("Pa", 1.0, 0, [1, -1, -2, 0], true),
-    ("bar", 1.0, 5, [1, -1, -2, 0], true),
-    ("atm", 101_325.0, 0, [1, -1, -2, 0], false),
-    ("J", 1.0, 0, [1, 2, -2, 0], true),
-    ("W", 1.0, 0, [1, 2, -3, 0], true),
-    ("L", 1.0, -3, [0, 3, 0, 0], true),
-    ("l", 1.0, -3, [0, 3, 0, 0], true),
-    ("rad", 1.0, 0, [0, 0, 0, 0], false),
-    ("deg", std::f64::consts::PI / 180.0, 0, [0, 0, 0, 0], false),
-    ("%", 1.0, -2, [0, 0, 0, 0], false),
+/// A unit by its name.
+struct NamedUnit {
+    name: &'static str,
+    mantissa: f64,
+    /// Power of ten.
+    exponent: i32,
+    /// Exponents of kg, m, s and K.
+    dimension: [i8; 4],
+    takes_prefixes: bool,
+}
+
+/// A unit that takes prefixes: name, mantissa, power of ten, exponents of kg, m, s and K.
+const fn prefixed(name: &'static str, mantissa: f64, exponent: i32, dimension: [i8; 4]) -> NamedUnit {
+    NamedUnit { name, mantissa, exponent, dimension, takes_prefixes: true }
+}
+
+/// A unit without prefixes.
+const fn single(name: &'static str, mantissa: f64, exponent: i32, dimension: [i8; 4]) -> NamedUnit {
+    NamedUnit { name, mantissa, exponent, dimension, takes_prefixes: false }
+}
+
+const UNITS: &[NamedUnit] = &[
+    prefixed("m", 1.0, 0, [0, 1, 0, 0]),
+    prefixed("g", 1.0, -3, [1, 0, 0, 0]),
+    single("tonne", 1.0, 3, [1, 0, 0, 0]),
+    prefixed("s", 1.0, 0, [0, 0, 1, 0]),
+    single("min", 60.0, 0, [0, 0, 1, 0]),
+    single("h", 3600.0, 0, [0, 0, 1, 0]),
+    prefixed("K", 1.0, 0, [0, 0, 0, 1]),
+    prefixed("Hz", 1.0, 0, [0, 0, -1, 0]),
+    prefixed("N", 1.0, 0, [1, 1, -2, 0]),
+    prefixed("Pa", 1.0, 0, [1, -1, -2, 0]),
+    prefixed("bar", 1.0, 5, [1, -1, -2, 0]),
+    single("atm", 101_325.0, 0, [1, -1, -2, 0]),
+    prefixed("J", 1.0, 0, [1, 2, -2, 0]),
+    prefixed("W", 1.0, 0, [1, 2, -3, 0]),
+    prefixed("L", 1.0, -3, [0, 3, 0, 0]),
+    prefixed("l", 1.0, -3, [0, 3, 0, 0]),
+    single("rad", 1.0, 0, [0, 0, 0, 0]),
+    single("deg", std::f64::consts::PI / 180.0, 0, [0, 0, 0, 0]),
+    single("%", 1.0, -2, [0, 0, 0, 0]),
 ];
 
 struct UnitReader<'a> {

@@ -258,7 +258,7 @@ pub fn sum<T: Send + Default + Sum + Add<Output = T>>(len: usize, term: impl Fn(
     reduce(len, |range| range.map(&term).sum(), |a: T, b| a + b).unwrap_or_default()
 }
 
-/// How many numbers below `len` `holds` is true of.
+/// The number of `n` in `0..len` for which `holds(n)` is true.
 ///
 /// ```
 /// use lateen::parallel;

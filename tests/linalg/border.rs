@@ -67,7 +67,7 @@ impl MovingBottom {
         let triplets = |(i, row): (usize, &Vec<f64>)| -> Vec<(u32, u32, f64)> {
             row.iter().enumerate().map(|(j, value)| (i as u32, j as u32, *value)).collect()
         };
-        let entries = matrix.iter().enumerate().flat_map(triplets).collect();
+        let entries = matrix.iter().enumerate().flat_map(triplets);
         let factor = SparseFactor::new(&SparseMatrix::from_triplets(count, entries)).unwrap();
         Self { free, moves, matrix, factor, walls }
     }

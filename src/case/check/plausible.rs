@@ -5,7 +5,6 @@ use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mpm::{BodySetup, GridSetup, Setup, SheetContact, WallKind};
 use crate::pfem2;
-use crate::pfem2::boundary::Condition;
 
 /// Densities of solids and liquids, from foams to heavy metals [kg/m³].
 const DENSE: [f64; 2] = [10.0, 3e4];
@@ -100,7 +99,7 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
     let fastest = setup.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
     findings.extend(too_fast(format!("body[{}].velocity", fluids.first().unwrap_or(&0)), fastest));
     for (i, set) in setup.boundaries.iter().enumerate() {
-        let (Condition::Wall(v) | Condition::Inlet(v)) = &set.condition else { continue };
+        let Some(v) = set.condition.velocity_formula() else { continue };
         let nodes = set.facets.iter().flat_map(|&facet| setup.mesh.facet_nodes(facet));
         let places: Vec<[f64; 3]> = nodes.map(|node| setup.mesh.nodes()[node as usize].to3()).collect();
         findings.extend(too_fast(format!("boundary[{i}].velocity"), largest(v, &places, case.file.time.end)));

@@ -87,9 +87,12 @@ pub enum BoundaryWord {
 }
 
 impl BoundaryWord {
-    /// True if the fluid may leave: such a part exerts no force on it.
-    pub fn is_open(self) -> bool {
-        matches!(self, Self::Outlet | Self::Traction | Self::Pressure)
+    /// True if the force on it is in its history: no traction or pressure is prescribed there.
+    pub fn carries_reaction(self) -> bool {
+        match self {
+            Self::Wall | Self::Slip | Self::Symmetry | Self::Inlet => true,
+            Self::Outlet | Self::Traction | Self::Pressure => false,
+        }
     }
 }
 

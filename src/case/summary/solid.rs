@@ -95,7 +95,7 @@ pub(super) fn factor_memory<const D: usize>(solids: &[SolidSetup<D>]) -> f64 {
 fn node_numbers<const D: usize>(mesh: &SolidMesh<D>) -> Option<[f64; 2]> {
     let pairs =
         mesh.elements.iter().flat_map(|nodes| nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| (a, b, 1.0))));
-    let graph = SparseMatrix::from_triplets(mesh.nodes.len(), pairs.collect());
+    let graph = SparseMatrix::from_triplets(mesh.nodes.len(), pairs);
     Some([graph.values.len() as f64, factor_numbers(&graph)? as f64])
 }
 

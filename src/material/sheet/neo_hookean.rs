@@ -58,10 +58,11 @@ impl NeoHookean {
         let inverse = [c22 / det, c11 / det, -c12 / det];
         let thickness2 = free_stretch(g, 0.5 * self.lame(), det);
         let log_volume = 0.5 * (thickness2 * det).ln();
-        let pressure = self.lame() * log_volume;
+        let volumetric_stress = self.lame() * log_volume;
         SheetState {
-            stress: std::array::from_fn(|i| g * (IDENTITY[i] - inverse[i]) + pressure * inverse[i]),
-            energy: 0.5 * g * (c[0] + c[1] + thickness2 - 3.0 - 2.0 * log_volume) + 0.5 * pressure * log_volume,
+            stress: std::array::from_fn(|i| g * (IDENTITY[i] - inverse[i]) + volumetric_stress * inverse[i]),
+            energy: 0.5 * g * (c[0] + c[1] + thickness2 - 3.0 - 2.0 * log_volume)
+                + 0.5 * volumetric_stress * log_volume,
             thickness: thickness2.sqrt(),
             volume: log_volume.exp(),
         }

@@ -3,8 +3,10 @@
 //! the length that the size asks for,
 //!
 //! ```text
-//! f = max(l_0 − l, 0),   l_0 = 1.2 h(x_mid) √(Σ l² / Σ h²),   x ← x + 0.2 Σ f
+//! f = max(l_0 − l, 0),   l_0 = 1.2 h(x_mid) √(Σ l² / Σ h²),   x ← x + 0.2 Σ f min(1, h/(2 |Σ f|))
 //! ```
+//!
+//! and x is pushed back until it is 0.35 h inside.
 
 use super::size::SizeField;
 use crate::geometry::Region;
@@ -44,7 +46,7 @@ pub fn relax(points: &mut Vec<Vector<2>>, fixed: usize, region: &Region, size: &
         let moved = |n: usize| {
             let (x, push) = (points[fixed + n], push[fixed + n]);
             let h = size.at(x.to3());
-            let step = push * (0.2 * (0.5 * h / push.norm().max(0.5 * h)).min(1.0));
+            let step = push * (0.2 * (0.5 * h / push.norm().max(0.5 * h)));
             (inside(x + step, region, 0.35 * h), step.norm() / h)
         };
         let moved: Vec<(Vector<2>, f64)> = parallel::collect(points.len() - fixed, PIECE, moved);

@@ -34,7 +34,7 @@ impl BuildFacets for SphereMeshShape {
         let radius = positive("radius", self.radius)?;
         let [count] = divisions("divisions", [self.divisions], 1)?;
         divisions("divisions", [20 * count, count], 1)?;
-        let (directions, elements) = match self.elements {
+        let UnitSphere { directions, elements } = match self.elements {
             ElementKind::Triangles => icosahedron(count),
             kind => cube(count, kind),
         };
@@ -43,7 +43,13 @@ impl BuildFacets for SphereMeshShape {
     }
 }
 
-type UnitSphere = (Vec<Vector<3>>, Vec<Vec<u32>>);
+/// A mesh of the unit sphere.
+struct UnitSphere {
+    /// Directions of the nodes from the centre, unit vectors.
+    directions: Vec<Vector<3>>,
+    /// Nodes of the elements.
+    elements: Vec<Vec<u32>>,
+}
 
 /// Gives every place a number and its direction, in the order of first use.
 struct Numbering<Place> {
@@ -83,7 +89,7 @@ fn cube(n: usize, kind: ElementKind) -> UnitSphere {
             quads.push(Quad { nodes, even: (i + j) % 2 == 0 });
         }
     }
-    (numbering.directions, kind.cut(quads.into_iter()))
+    UnitSphere { directions: numbering.directions, elements: kind.cut(quads.into_iter()) }
 }
 
 fn icosahedron(n: usize) -> UnitSphere {
@@ -105,7 +111,7 @@ fn icosahedron(n: usize) -> UnitSphere {
             }
         }
     }
-    (numbering.directions, elements)
+    UnitSphere { directions: numbering.directions, elements }
 }
 
 /// (0, ±1, ±φ) and its cyclic permutations, φ the golden ratio.

@@ -6,10 +6,20 @@
 //! local node a = a_0 + 3 a_1 (+ 9 a_2);      det ∂x/∂ξ > 0 in every element
 //! ```
 //!
-//! [`QuadraticMesh::fill`] makes one of a region: blocks of boxes, also where other shapes cut their ends off, rings
-//! around a square of discs, shells around a cube of balls, rings of what is left of them around a hole, triangles parted in three of all other plane regions, and
-//! cells of a lattice inside of surfaces from files.
-//! [`QuadraticFile`] reads one from a Gmsh file, also of triangles and tetrahedra.
+//! [`QuadraticMesh::fill`] makes one of a region, the first that fits of
+//!
+//! | region | mesh | file |
+//! |---|---|---|
+//! | box, also one whose ends other shapes cut off | block of rows | `block` |
+//! | closed surface of triangles from a file | cells of a lattice inside of it | `lattice` |
+//! | disc, ball or cylinder with a hole | rings, shells or tubes around the hole | `ring` |
+//! | ball, ellipsoid | shells around a cube | `ball` |
+//! | other regions in space: cylinders, polygons with heights | the plane mesh, drawn along an axis | `extrude` |
+//! | disc, ellipse | rings around a square | `disc` |
+//! | other plane regions | triangles, each parted in three | `split` |
+//!
+//! [`QuadraticFile`] (`file`) reads one from a Gmsh file; triangles, tetrahedra and elements of first order become such
+//! elements in `raised`.
 
 mod ball;
 mod block;

@@ -7,10 +7,10 @@
 //! vertex of a piece = mean of k and some of the other corners;    nodes between them: means of the vertices around
 //! ```
 //!
-//! A node is known by the corners of the file around it and their weights, in 96ths: 12 for means of 2, 3 and 4
-//! corners, by 8 for those of the vertices of a piece. So elements that share a side or a face share its nodes. Beside
-//! triangles quadrilaterals are parted in four. Sides of second order stay curved: nodes lie where the shape of the
-//! file functions put them.
+//! A node is identified by the corners of the file around it and their weights, so that elements with a side or a face
+//! in common share its nodes. Weights are whole numbers of 96ths: vertices of pieces are means of up to 4 corners,
+//! whose weights are 12ths, and nodes are means of up to 8 vertices. Beside triangles quadrilaterals are parted in four.
+//! Sides of second order stay curved: nodes lie where the shape functions of the file's elements put them.
 
 use super::{QUADRILATERAL, QuadraticMesh};
 use crate::mesh::gmsh::{Cell, CellKind, GmshMesh};

@@ -37,7 +37,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         if (0..D).any(|i| !(upper[i] - lower[i] > 0.0 && (upper[i] - lower[i]).is_finite())) {
             return Err("the upper corner must exceed the lower one along every axis".into());
         }
-        count(cells)?;
+        check_count(cells)?;
         let line = |i: usize| -> Vec<f64> {
             (0..=cells[i]).map(|n| lower[i] + (upper[i] - lower[i]) * (n as f64 / cells[i] as f64)).collect()
         };
@@ -51,7 +51,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     /// Fewer than two planes along an axis, planes that do not ascend, more nodes than numbers of 32 bits can name.
     pub fn lattice(lines: &[Vec<f64>; D], cut: CellCut) -> Result<Self, String> {
         let cells = std::array::from_fn(|i| lines[i].len().saturating_sub(1));
-        count(cells)?;
+        check_count(cells)?;
         if lines.iter().flat_map(|line| line.windows(2)).any(|pair| pair[0] >= pair[1]) {
             return Err("the planes of a lattice must ascend along every axis".into());
         }
@@ -112,7 +112,9 @@ const ORDERS: [([usize; 3], bool); 6] = [
     ([2, 1, 0], false),
 ];
 
-fn count<const D: usize>(cells: [usize; D]) -> Result<(), String> {
+/// # Errors
+/// No cells, or more simplices than have numbers.
+fn check_count<const D: usize>(cells: [usize; D]) -> Result<(), String> {
     let simplices = cells.iter().try_fold(6usize, |product, &c| product.checked_mul(c.checked_add(1)?));
     if cells.contains(&0) || simplices.is_none_or(|count| count > u32::MAX as usize) {
         return Err(format!("{cells:?} cells are none or too many"));

@@ -103,7 +103,7 @@ impl<const D: usize> Locator<D> {
     }
 
     /// An element other than `element` that holds the centre of `element` well inside.
-    pub fn over<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize) -> Option<usize> {
+    pub fn overlapping<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize) -> Option<usize> {
         /// Well inside: rounding of places doesn't reach it.
         const INSIDE: f64 = 1e-6;
         let x = mesh.center(element);

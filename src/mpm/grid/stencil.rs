@@ -1,8 +1,9 @@
-//! The nodes around one point with their weights: the inner loop of every transfer (theory A.2).
+//! The nodes around one point with their weights (theory A.2): the loop of `executor::plain`, with which the tiles of
+//! the transfers are compared.
 
 use super::{EDGE, Grid};
 use crate::math::Vector;
-use crate::mpm::kernel::{AxisWeights, Kernel, ShapeFunction, with_shape};
+use crate::mpm::kernel::{AxisWeights, ShapeFunction};
 
 /// The Sᴰ nodes around a point, as products over the axes.
 #[derive(Debug, Clone, Copy)]
@@ -40,7 +41,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         Some(Self { axes, corners, local, side, offset, cell: grid.cell })
     }
 
-    /// Calls `visit(node, indices, N)` for every node, x running fastest.
+    /// Calls `visit(node, indices)` for every node, with its place in the support along each axis; x runs fastest.
     #[inline(always)]
     fn visit(&self, mut visit: impl FnMut(usize, [usize; D])) {
         for n in 0..S.pow(D as u32) {
@@ -93,31 +94,11 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     }
 }
 
-impl Kernel {
-    /// Calls `visit(node, N, ∇N)` for every node (ghosts included) in the support of the point `x` [m];
-    /// ∇N in 1/m. The blocks around `x` must be active; `false` if they are not.
-    #[inline]
-    pub fn for_each<const D: usize>(
-        self,
-        grid: &Grid<D>,
-        x: Vector<D>,
-        visit: impl FnMut(usize, f64, Vector<D>),
-    ) -> bool {
-        with_shape!(self, shape => match Stencil::new(grid, shape, x) {
-            Some(stencil) => {
-                stencil.for_each_gradient(visit);
-                true
-            }
-            None => false,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mpm::KernelKind;
     use crate::mpm::grid::testing::activate;
+    use crate::mpm::{Kernel, KernelKind};
 
     #[test]
     fn stencils_visit_the_nodes_around_a_point_across_blocks() {

@@ -1,9 +1,31 @@
-//! Grids around points, for tests; a step activates the blocks of its sorted particles.
+//! Grids around points and the nodes in the support of one, for tests; a step activates the blocks of its sorted
+//! particles, and goes through nodes by tiles.
 
+use super::stencil::Stencil;
 use super::{EDGE, Grid};
 use crate::math::Vector;
 use crate::mpm::Kernel;
+use crate::mpm::kernel::with_shape;
 use std::collections::BTreeSet;
+
+impl Kernel {
+    /// Calls `visit(node, N, ∇N)` for every node (ghosts included) in the support of the point `x` [m];
+    /// ∇N in 1/m. The blocks around `x` must be active; `false` if they are not.
+    pub fn for_each<const D: usize>(
+        self,
+        grid: &Grid<D>,
+        x: Vector<D>,
+        visit: impl FnMut(usize, f64, Vector<D>),
+    ) -> bool {
+        with_shape!(self, shape => match Stencil::new(grid, shape, x) {
+            Some(stencil) => {
+                stencil.for_each_gradient(visit);
+                true
+            }
+            None => false,
+        })
+    }
+}
 
 /// Makes the blocks active that lie in the supports of `points` [m], and those that ghosts in these are folded into, in
 /// the order that the blocks of a step have.

@@ -24,9 +24,11 @@ impl<L: Lanes, const W: usize> Weights<L, W> {
         Self { n, gradient, moment }
     }
 
-    /// Makes the moments of the nodes that ghosts beyond `plane` are folded to (u_g = 2 u_0 − u_1) those of these
-    /// places of the nodes: N_0 d_0 + 2 N_g d_g → (N_0 + 2 N_g) d_0 and N_1 d_1 − N_g d_g → (N_1 − N_g) d_1, for
-    /// supports that begin at `base`. `inward` is the sign of the direction into the domain.
+    /// Corrects the moments N d, d the distance from the particle, for ghosts beyond the wall at `plane`, which are folded
+    /// by u_g = 2 u_0 − u_1: the weights that nodes 0 and 1 get from a ghost g count with the place of the node and not
+    /// with that of the ghost. After folding the sums are (N_0 + 2 N_g) d_0, not N_0 d_0 + 2 N_g d_g, and
+    /// (N_1 − N_g) d_1, not N_1 d_1 − N_g d_g. Supports begin at `base`; `inward` is the sign of the direction into the
+    /// domain.
     #[inline(always)]
     pub fn fold_moments(&mut self, base: L, plane: f64, inward: f64) {
         let (zero, ghost) = (L::splat(0.0), L::splat(plane - inward));

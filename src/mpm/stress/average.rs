@@ -4,7 +4,7 @@
 //! A q = Σ N_Ip q̃_I,      q̃_I = Σ V_p q_p N_Ip / Σ V_p N_Ip
 //! ```
 //!
-//! of volume ratios before the law is called (`update`), and of pressures before they make forces. The average of a
+//! of volume ratios before the law is called (`strain` blends them), and of pressures before they make forces. The average of a
 //! field of particles is its own adjoint, Σ V p A q = Σ V q A p. The forces are therefore made of the averaged pressure
 //!
 //! ```text

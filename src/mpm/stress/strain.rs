@@ -1,6 +1,17 @@
-//! Strain increments of chunks of particles: volume ratios, gradients over the positions at the start, and gradients
-//! with an averaged volume ratio (theory A.8, A.10; `update` has the equations). The same for one particle at a time:
-//! `mpm::executor::plain`.
+//! Strain increments of chunks of particles from their velocity gradients, and the cure of volumetric locking
+//! (theory A.8, A.10).
+//!
+//! ```text
+//! L_p = Σ v_I ⊗ ∇N_Ip                                                    Lian (62), Lian (63)
+//! ΔJ_p = det(1 + Δt L_p)                                                 ∇N over the positions at the start
+//! ΔJ_p = 1/det(1 − Δt L_p),     L_p ← L_p (1 − Δt L_p)⁻¹                 ∇N over those at the end
+//! ΔJ̄_p = (1 − β) ΔJ_p + β Σ N_Ip J̃_I,     J̃_I = Σ V_p ΔJ_p N_Ip / Σ V_p N_Ip
+//! 1 + Δt L̄_p = (ΔJ̄_p/ΔJ_p)^(1/D) (1 + Δt L_p)
+//! ```
+//!
+//! so that det(1 + Δt L̄) = ΔJ̄: the volumetric part that laws take from `volume_ratio` and the trace of the gradient
+//! agree, and plane strain stays plane. The averages J̃, and the forces that fit them, are in `average`; the same for
+//! one particle at a time in `mpm::executor::plain`.
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::mpm::transfer::{CHUNK_LEN, Chunk, ChunkColumn, Rows};
@@ -146,7 +157,7 @@ pub(in crate::mpm) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mu
         *volume_ratio += more;
     }
     let count = chunk.particles.len().min(CHUNK_LEN);
-    if change[..count].iter().all(|change| change.abs() <= NEARLY_ONE) {
+    if change[..count].iter().all(|change| change.abs() <= LARGEST_FOR_NEWTON) {
         widest(Grow { change: &mut change, count, dimension: D });
     } else {
         change[..count].iter_mut().for_each(|change| *change = growth::<D>(*change));
@@ -182,7 +193,7 @@ impl<const D: usize> Task for ScaleGradient<'_, D> {
 }
 
 /// Changes of volume up to which [`newton`] has all digits.
-const NEARLY_ONE: f64 = 0.1;
+const LARGEST_FOR_NEWTON: f64 = 0.1;
 
 /// g with (1 + g)^D = 1 + change, in place of the changes.
 struct Grow<'a> {
@@ -208,10 +219,10 @@ impl Task for Grow<'_> {
 /// g with (1 + g)^D = 1 + `change`.
 #[inline(always)]
 fn growth<const D: usize>(change: f64) -> f64 {
-    if change.abs() > NEARLY_ONE { (change.ln_1p() / D as f64).exp_m1() } else { newton::<D>(change) }
+    if change.abs() > LARGEST_FOR_NEWTON { (change.ln_1p() / D as f64).exp_m1() } else { newton::<D>(change) }
 }
 
-/// The same for changes up to [`NEARLY_ONE`]. Newton's iteration doubles the digits, and change/D has two of them.
+/// The same for changes up to [`LARGEST_FOR_NEWTON`]. Newton's iteration doubles the digits, and change/D has two of them.
 /// Logarithms take ten times as long.
 #[inline(always)]
 fn newton<const D: usize>(change: f64) -> f64 {

@@ -1,16 +1,5 @@
-//! Strain increments from a grid velocity, the cure of volumetric locking, and the call of the law.
-//!
-//! ```text
-//! L_p = Σ v_I ⊗ ∇N_Ip                                  Lian (62, 63)
-//! ΔJ_p = det(1 + Δt L_p)
-//! J̃_I = Σ V_p ΔJ_p N_Ip / Σ V_p N_Ip,   ΔJ̄_p = (1 − β) ΔJ_p + β Σ N_Ip J̃_I      (theory A.10)
-//! 1 + Δt L̄_p = (ΔJ̄_p / ΔJ_p)^(1/D) (1 + Δt L_p)
-//! ```
-//!
-//! so that det(1 + Δt L̄) = ΔJ̄: the volumetric part that laws take from `volume_ratio` and the trace of the
-//! gradient agree, and plane strain stays plane.
-//!
-//! The averages, and the forces that fit them, are in `average`; the order of all this in `step::schedule`.
+//! The call of the law with the strain increments of a chunk (theory A.8): volume ratios, and gradients for laws that
+//! read them, as `strain` made them. The order of all this is in `step::schedule`.
 
 use crate::material::PointLaw;
 use crate::math::Tensor;

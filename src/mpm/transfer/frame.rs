@@ -38,7 +38,8 @@ impl<const D: usize> TileFrame<D> {
         }
     }
 
-    /// Gives the affine parts next to walls that extrapolate the places of the nodes that receive them.
+    /// Next to walls that extrapolate the affine parts of ghosts count with the places of the nodes that they are folded
+    /// to ([`Weights::fold_moments`]).
     #[inline(always)]
     pub fn fold_moments<L: Lanes, const W: usize>(&self, weights: &mut [Weights<L, W>; D], base: &[L; D]) {
         for axis in 0..D {

@@ -59,6 +59,16 @@ impl GapConditions {
     }
 }
 
+/// A wall or obstacle, as a particle measured it last.
+#[derive(Clone, Copy)]
+struct MeasuredWall {
+    boundary: u32,
+    /// Distance of the particle from it [m].
+    distance: f64,
+    /// True if a membrane lies between the two.
+    is_shielded: bool,
+}
+
 /// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at
 /// the distance `d` [m].
 pub(in crate::mpm) struct BodiesAtWalls<'a, const D: usize> {
@@ -89,14 +99,18 @@ impl<'a, const D: usize> BodiesAtWalls<'a, D> {
         for &(number, body) in &self.all {
             let (visit, bins) = (&visit, &body.bins);
             all.extend(parallel::collect_all(bins.slots.len(), BINS, |n| {
-                let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
-                let range = if near(slots[slots.len() / 2] as usize) { bin.range.clone() } else { 0..0 };
-                let surface = range.filter(|&p| body.shows_surface(p));
-                surface.flat_map(move |p| visit((number, body), p))
+                let is_near = near(bins.slots[n][bins.slots[n].len() / 2] as usize);
+                surface_particles(body, n, is_near).flat_map(move |p| visit((number, body), p))
             }));
         }
         all
     }
+}
+
+/// The particles of a bin that show the surface of their body; none if the bin isn't near a wall.
+fn surface_particles<const D: usize>(body: &Body<D>, bin: usize, is_near: bool) -> impl Iterator<Item = usize> {
+    let range = if is_near { body.bins.bins[bin].range.clone() } else { 0..0 };
+    range.filter(|&p| body.shows_surface(p))
 }
 
 impl<const D: usize> Walls<D> {
@@ -128,8 +142,7 @@ impl<const D: usize> Walls<D> {
         let bins = &body.bins;
         parallel::collect_all(bins.slots.len(), BINS, |n| {
             let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
-            let range = if near(slots) { bin.range.clone() } else { 0..0 };
-            range.filter(|&p| body.shows_surface(p)).flat_map(move |p| {
+            surface_particles(body, n, near(slots)).flat_map(move |p| {
                 let node = |ijk: [i32; D]| node_number(bin.block, slots, ijk);
                 self.gaps_of(grid, field, body, p, shielded, node)
             })
@@ -149,7 +162,7 @@ impl<const D: usize> Walls<D> {
         let x = body.particles.position[p];
         let (first, support) = (first(grid, body.kernel, x), body.kernel.support());
         let (mut gaps, patch) = (Vec::new(), body.patch(p) * (1.0 + 1e-9));
-        let mut measured = (u32::MAX, 0.0, false);
+        let mut measured: Option<MeasuredWall> = None;
         for n in 0..support.pow(D as u32) {
             let node = node(std::array::from_fn(|a| first[a] + n / support.pow(a as u32) % support));
             let offset = x - grid.position(node);
@@ -160,13 +173,13 @@ impl<const D: usize> Walls<D> {
                 if aside > patch && boundary as usize >= 2 * D {
                     continue;
                 }
-                if measured.0 != boundary {
+                let wall = measured.filter(|wall| wall.boundary == boundary).unwrap_or_else(|| {
                     let distance = self.distance(boundary as usize, x);
-                    measured = (boundary, distance, shielded(x, normal, distance));
-                }
-                let (_, distance, shielded) = measured;
-                if !shielded {
-                    gaps.push((k as u32, distance - body.reach(p, normal, grid.cell)));
+                    MeasuredWall { boundary, distance, is_shielded: shielded(x, normal, distance) }
+                });
+                measured = Some(wall);
+                if !wall.is_shielded {
+                    gaps.push((k as u32, wall.distance - body.reach(p, normal, grid.cell)));
                 }
             }
         }

@@ -1,7 +1,8 @@
 //! Contacts that last from one step to the next (theory E.4).
 //!
-//! A wall that a body may leave stops what runs into it: the velocity v⁻ of a node whose gap closes is lost, ½ m
-//! (v⁻·ν)². A contact that held through the step before binds p⁻ as a slip wall does, while p̄ goes into the wall:
+//! A wall that a body may leave stops what runs into it: with the velocity v⁻ of a node whose gap closes its kinetic
+//! energy ½ m (v⁻·ν)² is lost. A contact that held through the step before acts as a slip wall on p⁻, the momentum that
+//! the particles scatter, as long as the mean momentum p̄ of the step points into the wall:
 //!
 //! ```text
 //! held and (p̄ − m v_w)·ν < 0:   p⁻ ← p⁻ − ((p⁻ − m v_w)·ν) ν,   p̄ likewise;   v⁻ that strains, too
@@ -15,13 +16,38 @@
 use super::{NodeCondition, Walls};
 use crate::math::Vector;
 use crate::mpm::Grid;
-use crate::simulation::Column;
+use crate::simulation::{Column, Record};
+use bytemuck::{Pod, Zeroable};
 
-/// A contact that held: boundary and indices of the node, i, j, k.
-pub(super) type NodeContact = [u32; 4];
+/// A contact that held at a node.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct NodeContact {
+    /// Number of the wall or obstacle.
+    boundary: u32,
+    /// Indices i, j, k of the node; k is 0 in 2D.
+    place: [u32; 3],
+}
 
-/// A particle in contact with an obstacle: boundary, number of the body, and of the particle.
-pub(super) type ParticleContact = [u32; 3];
+impl Record for NodeContact {
+    type Number = u32;
+}
+
+/// A particle in contact with an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct ParticleContact {
+    /// Number of the obstacle among the boundaries.
+    pub boundary: u32,
+    /// Number of the body.
+    pub body: u32,
+    /// Identity of the particle in it.
+    pub particle: u32,
+}
+
+impl Record for ParticleContact {
+    type Number = u32;
+}
 
 impl<const D: usize> Walls<D> {
     /// Records the contacts that hold at the end of a step.
@@ -34,11 +60,11 @@ impl<const D: usize> Walls<D> {
                 (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k])
             {
                 if !self.boundaries[boundary as usize].kind.binds() {
-                    let mut contacts_before = [boundary, 0, 0, 0];
-                    for (index, place) in contacts_before[1..].iter_mut().zip(grid.coordinates(node as usize)) {
-                        *index = place as u32;
+                    let mut place = [0; 3];
+                    for (index, coordinate) in place.iter_mut().zip(grid.coordinates(node as usize)) {
+                        *index = coordinate as u32;
                     }
-                    reaction.contacts_before.push(contacts_before);
+                    reaction.contacts_before.push(NodeContact { boundary, place });
                 }
             }
         }
@@ -49,7 +75,7 @@ impl<const D: usize> Walls<D> {
         for reaction in &mut self.field_reactions {
             reaction.held.clear();
             reaction.held.resize(self.conditions.len(), false);
-            for &[boundary, ref place @ ..] in &reaction.contacts_before {
+            for &NodeContact { boundary, place } in &reaction.contacts_before {
                 let node = grid.find(std::array::from_fn(|a| place[a] as i32));
                 let Some(node) = node.and_then(|node| u32::try_from(node).ok()) else { continue };
                 let first = self.conditions.partition_point(|condition| condition.node < node);
@@ -61,10 +87,10 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the
-    /// start of a step that strain the particles.
+    /// Sets the normal part of the velocity to that of the wall at time `t` [s], at nodes in contacts that held. For
+    /// velocities at the start of a step, which strain the particles.
     pub fn bind_lasting_velocities(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
-        self.bind_lasting_velocity(field, velocity, t);
+        self.bind_lasting_at_surface(field, velocity, t);
         let held = self.conditions.iter().zip(&self.field_reactions[field].held).filter(|(_, held)| **held);
         for (&NodeCondition { node, boundary, normal }, _) in held {
             let wall = self.velocity(boundary as usize, grid.position(node as usize), t);

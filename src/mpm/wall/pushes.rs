@@ -54,6 +54,15 @@ impl<const D: usize> Pushes<D> {
     }
 }
 
+/// A ghost whose mass a side of the grid mirrors.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MirroredGhost {
+    pub side: u32,
+    pub node: u32,
+    /// Mass [kg].
+    pub mass: f64,
+}
+
 impl<const D: usize> Walls<D> {
     /// Zero impulses and work.
     pub fn pushes(&self) -> Pushes<D> {
@@ -63,9 +72,9 @@ impl<const D: usize> Walls<D> {
     /// Impulses of mirrors on the particles of a field that take the velocities `w` [m/s], ghosts filled.
     pub fn reflect(&self, field: usize, w: &[Vector<D>]) -> Pushes<D> {
         let mut pushes = self.pushes();
-        for &(side, ghost, mass) in &self.field_reactions[field].ghosts {
+        for &MirroredGhost { side, node, mass } in &self.field_reactions[field].ghosts {
             let (side, axis) = (side as usize, side as usize / 2);
-            pushes.impulse[side] += Vector::unit(axis) * (2.0 * mass * w[ghost as usize][axis]);
+            pushes.impulse[side] += Vector::unit(axis) * (2.0 * mass * w[node as usize][axis]);
         }
         pushes
     }

@@ -1,5 +1,6 @@
 //! Forces of walls and obstacles on one velocity field during a step, their work and losses (theory E.9).
 
+use super::pushes::MirroredGhost;
 use super::surface::{SurfacePoint, SurfacePoints};
 use super::{WallWork, Walls, lasting};
 use crate::math::Vector;
@@ -20,10 +21,12 @@ pub struct FieldReaction<const D: usize> {
     pub held: Vec<bool>,
     /// Changes of p⁻ per boundary [N s].
     pub start_change: Vec<Vector<D>>,
-    /// Mirrored force and momentum per side, and the masses of the mirrored ghosts.
+    /// Mirrored force per side [N].
     pub mirrored: Vec<Vector<D>>,
+    /// Mirrored momentum per side [N s].
     pub mirrored_start: Vec<Vector<D>>,
-    pub ghosts: Vec<(u32, u32, f64)>,
+    /// Mirrored ghosts with a mass.
+    pub ghosts: Vec<MirroredGhost>,
     /// Contact of the field with surfaces of obstacles, and the particles in contact at the end of the last step.
     pub surface: SurfacePoints<D>,
     pub particle_contacts_before: Vec<lasting::ParticleContact>,
@@ -92,7 +95,7 @@ impl<const D: usize> Walls<D> {
             reaction.mirrored[side] -= axis * (2.0 * ghost.force[side / 2]);
             reaction.mirrored_start[side] -= axis * (2.0 * ghost.momentum[side / 2]);
             if ghost.mass > 0.0 {
-                reaction.ghosts.push((side as u32, node as u32, ghost.mass));
+                reaction.ghosts.push(MirroredGhost { side: side as u32, node: node as u32, mass: ghost.mass });
             }
         });
     }
@@ -117,7 +120,7 @@ impl<const D: usize> Walls<D> {
         for (impulse, (&force, &start)) in impulse.iter_mut().zip(mirrored) {
             *impulse += force * dt + start * share;
         }
-        for &(side, node, mass) in &reaction.ghosts {
+        for &MirroredGhost { side, node, mass } in &reaction.ghosts {
             let (v, a) = (nodes[node as usize].velocity(), nodes[node as usize].acceleration());
             let carried = a * dt + (v - a * dt) * share;
             impulse[side as usize] += Vector::unit(side as usize / 2) * (2.0 * mass * carried[side as usize / 2]);

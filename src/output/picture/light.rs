@@ -164,12 +164,12 @@ fn least_light(tone: u8) -> f32 {
     f32::from_bits(low)
 }
 
-/// From sRGB.
+/// The light of a tone: sRGB, with the one power 2.2 in place of its curve.
 fn to_linear(c: u8) -> f32 {
     (f32::from(c) / 255.0).powf(2.2)
 }
 
-/// To sRGB.
+/// The tone of light, by the same power.
 fn srgb(c: f32) -> u8 {
     (c.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8
 }

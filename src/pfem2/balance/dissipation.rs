@@ -72,24 +72,25 @@ impl<const D: usize> ViscousDissipation<D> {
     ) -> f64 {
         let grown = |i: usize| system.velocity[i] - self.start[i];
         let lag = |i: usize| if first { self.change[i] } else { Vector::ZERO };
-        let [start, end, from_start, from_last, last, from_earlier, earlier] = powers(system, |i| {
+        let [start, end, of_growth, of_lag_to_end, of_lag, of_change_to_end, of_change] = powers(system, |i| {
             let (grown, lag, change) = (grown(i), lag(i), self.change[i]);
             [self.start[i], system.velocity[i], grown, grown + lag, lag, grown + change, change]
         });
-        let (u_last, u_earlier) = (self.power_last, self.power_earlier);
-        let start = if first { start } else { u_last };
+        let (power_last, power_earlier) = (self.power_last, self.power_earlier);
+        let start = if first { start } else { power_last };
         let work = |own: f64, differences: f64| 0.25 * (end + start + 2.0 * own - differences);
-        let [own, last, earlier] =
-            [work(end, from_start), work(u_last, from_last + last), work(u_earlier, from_earlier + earlier)];
+        let work_end = work(end, of_growth);
+        let work_last = work(power_last, of_lag_to_end + of_lag);
+        let work_earlier = work(power_earlier, of_change_to_end + of_change);
         self.change = (0..self.change.len()).map(|i| grown(i) + lag(i)).collect();
-        (self.power_last, self.power_earlier) = (end, u_last);
+        (self.power_last, self.power_earlier) = (end, power_last);
         let [last_in_cut, earlier_in_cut] = self.in_cut;
         let in_cut = power_in_cut(system);
         self.in_cut = [in_cut, last_in_cut];
         let weighted = |own: f64, last: f64, earlier: f64| {
             shares.dt * (shares.end * own + shares.start * last + shares.earlier * earlier)
         };
-        weighted(own, last, earlier) + weighted(in_cut, last_in_cut, earlier_in_cut)
+        weighted(work_end, work_last, work_earlier) + weighted(in_cut, last_in_cut, earlier_in_cut)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::ThetaStep;
-use crate::pfem2::boundary::{Boundary, BoundaryKind, BoundarySetup};
+use crate::pfem2::boundary::{Boundary, BoundarySetup};
 use crate::pfem2::equations::assemble::ElementEquations;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::history::StepShares;
@@ -35,15 +35,14 @@ pub(in crate::pfem2) struct BoundaryPart<const D: usize> {
 
 /// The parts of a boundary that hold the fluid: walls, slip planes, inlets.
 fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<BoundaryPart<D>> {
-    let holds = |kind: BoundaryKind| kind != BoundaryKind::Outlet;
     let mut areas: Vec<BTreeMap<u32, Vector<D>>> = Vec::new();
     let mut total: BTreeMap<u32, Vector<D>> = BTreeMap::new();
     for set in boundary.sets() {
         let mut own = BTreeMap::new();
         let kind = set.condition.kind();
-        for &facet in set.facets.iter().filter(|_| holds(kind)) {
+        for &facet in set.facets.iter().filter(|_| kind.carries_reaction()) {
             let area = mesh.facet_area(facet);
-            let area = if kind == BoundaryKind::Slip { area.map(f64::abs) } else { Vector::splat(area.norm()) };
+            let area = if kind.is_frictionless() { area.map(f64::abs) } else { Vector::splat(area.norm()) };
             for node in mesh.facet_nodes(facet) {
                 *own.entry(node).or_default() += area;
                 *total.entry(node).or_default() += area;
@@ -239,9 +238,9 @@ fn open_boundary_load<const D: usize, const N: usize>(
 ) {
     let mesh = elements.mesh;
     let whole = |e: &usize| elements.with_solid(*e).is_none() && elements.beside_solid(*e).is_none();
-    for e in (0..elements.mesh_data.open.len()).filter(|&e| elements.mesh_data.open[e] != 0).filter(whole) {
+    for e in (0..elements.mesh_data.outlets.len()).filter(|&e| elements.mesh_data.outlets[e] != 0).filter(whole) {
         let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
-        for k in (0..N).filter(|&k| elements.mesh_data.open[e] >> k & 1 == 1) {
+        for k in (0..N).filter(|&k| elements.mesh_data.outlets[e] >> k & 1 == 1) {
             let area = simplex.facet_area(k) * (elements.contents.elements[e].viscosity / D as f64);
             let share = (0..N).map(|j| simplex.gradient[j] * velocity[nodes[j]].dot(area)).sum::<Vector<D>>();
             (0..N).filter(|&i| i != k).for_each(|i| add(nodes[i], share));

@@ -29,7 +29,7 @@ impl<const D: usize> OpenBoundaryFlux<D> {
         let VelocityPressureSystem { mesh, boundary, contents, velocity, .. } = system;
         let mut sum = Self::default();
         let facets = mesh.boundary().iter().enumerate().zip(&boundary.kinds);
-        for ((place, facet), _) in facets.filter(|(_, kind)| kind.is_open()) {
+        for ((place, facet), _) in facets.filter(|(_, kind)| kind.admits_flow()) {
             let element = facet.element as usize;
             let area = mesh.facet_area(*facet);
             let nodes = mesh.facet_nodes(*facet);

@@ -18,9 +18,39 @@ pub enum BoundaryKind {
 }
 
 impl BoundaryKind {
-    /// True if fluid may come in or leave.
-    pub fn is_open(self) -> bool {
-        matches!(self, Self::Inlet | Self::Outlet)
+    /// True if fluid may come in or leave; other facets hold particles back, and solids touch them.
+    pub fn admits_flow(self) -> bool {
+        match self {
+            Self::Wall | Self::Slip => false,
+            Self::Inlet | Self::Outlet => true,
+        }
+    }
+
+    /// True if the flux is unknown, because a traction or pressure is prescribed: with no such facet the pressure is
+    /// known up to a constant only.
+    pub fn has_free_flux(self) -> bool {
+        match self {
+            Self::Wall | Self::Slip | Self::Inlet => false,
+            Self::Outlet => true,
+        }
+    }
+
+    /// True if the flux is prescribed and may differ from zero.
+    pub fn prescribes_inflow(self) -> bool {
+        self.admits_flow() && !self.has_free_flux()
+    }
+
+    /// True if nodes have reactions to a prescribed velocity: the force on such facets is known by them.
+    pub fn carries_reaction(self) -> bool {
+        !self.has_free_flux()
+    }
+
+    /// True if only the velocity along the normal is prescribed.
+    pub fn is_frictionless(self) -> bool {
+        match self {
+            Self::Slip => true,
+            Self::Wall | Self::Inlet | Self::Outlet => false,
+        }
     }
 }
 
@@ -57,11 +87,32 @@ impl<const D: usize> Condition<D> {
         }
     }
 
+    /// Components of the prescribed velocity, if there is one [m/s].
+    pub fn velocity_formula(&self) -> Option<&[Signal; D]> {
+        match self {
+            Self::Wall(v) | Self::Inlet(v) => Some(v),
+            Self::Slip | Self::Outlet | Self::Traction(_) | Self::Pressure(_) => None,
+        }
+    }
+
     /// The prescribed velocity at a place [m] and time [s], if there is one [m/s].
     pub fn velocity(&self, x: Vector<D>, t: f64) -> Option<Vector<D>> {
+        self.velocity_formula().map(|v| Vector::from_fn(|i| v[i].value(x.to3(), t)))
+    }
+
+    /// True if −p n + μ ∂v/∂n is prescribed, as by a pressure outside.
+    pub fn prescribes_pressure(&self) -> bool {
         match self {
-            Self::Wall(v) | Self::Inlet(v) => Some(Vector::from_fn(|i| v[i].value(x.to3(), t))),
-            _ => None,
+            Self::Outlet | Self::Pressure(_) => true,
+            Self::Wall(_) | Self::Slip | Self::Inlet(_) | Self::Traction(_) => false,
+        }
+    }
+
+    /// The pressure outside at a place [m] and time [s], where one is prescribed [Pa].
+    pub fn outside_pressure(&self, x: Vector<D>, t: f64) -> Option<f64> {
+        match self {
+            Self::Pressure(pressure) => Some(pressure.value(x.to3(), t)),
+            _ => self.prescribes_pressure().then_some(0.0),
         }
     }
 

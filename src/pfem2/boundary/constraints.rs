@@ -55,8 +55,8 @@ pub(super) fn fixed_nodes<const D: usize, const N: usize>(
     sets: &[BoundarySetup<D>],
     owner: &[usize],
 ) -> BTreeMap<u32, Vec<u32>> {
-    let nodes_of = |kind: BoundaryKind| {
-        let facets = owner.iter().zip(mesh.boundary()).filter(move |(set, _)| sets[**set].condition.kind() == kind);
+    let nodes_of = |takes: fn(BoundaryKind) -> bool| {
+        let facets = owner.iter().zip(mesh.boundary()).filter(move |(set, _)| takes(sets[**set].condition.kind()));
         let mut found: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
         for (&set, &facet) in facets {
             for node in mesh.facet_nodes(facet) {
@@ -65,8 +65,8 @@ pub(super) fn fixed_nodes<const D: usize, const N: usize>(
         }
         found
     };
-    let mut fixed = nodes_of(BoundaryKind::Inlet);
-    fixed.append(&mut nodes_of(BoundaryKind::Wall));
+    let mut fixed = nodes_of(BoundaryKind::prescribes_inflow);
+    fixed.append(&mut nodes_of(|kind| !kind.admits_flow() && !kind.is_frictionless()));
     fixed.into_iter().map(|(node, sets)| (node, sets.into_iter().collect())).collect()
 }
 
@@ -79,7 +79,7 @@ pub(super) fn glides<const D: usize, const N: usize>(
     /// Facets whose normals differ by more than 45° bind separately.
     const SMOOTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
     let mut normals: BTreeMap<u32, Vec<Vector<D>>> = BTreeMap::new();
-    let slip = mesh.boundary().iter().zip(kinds).filter(|(_, kind)| **kind == BoundaryKind::Slip);
+    let slip = mesh.boundary().iter().zip(kinds).filter(|(_, kind)| kind.is_frictionless());
     for (&facet, _) in slip {
         let area = mesh.facet_area(facet);
         for node in mesh.facet_nodes(facet).into_iter().filter(|node| !fixed.contains_key(node)) {

@@ -6,7 +6,7 @@
 //!                  bind separately, so that an edge between two planes keeps one direction free
 //! outlet           −p n + μ ∂v/∂n = 0;   pressure  −p n + μ ∂v/∂n = −p̄(x, t) n     (see `outflow`)
 //! traction         σ n = t̄(x, t)
-//! pressure pin     p = p̄(t) at one node of a box that nothing opens; 0 at the highest node where none is named
+//! pressure pin     p = p̄(t) at one node of a box without outlet, traction or pressure; 0 at the highest node where none is named
 //! ```
 //!
 //! A node of several sets takes the first of wall, inlet, slip that is among them. Of several walls or inlets the
@@ -36,7 +36,7 @@ pub struct Boundary<const D: usize> {
     /// Nodes with a prescribed velocity, and the sets that prescribe it.
     fixed: Vec<(u32, Vec<u32>)>,
     glides: Vec<Glide<D>>,
-    /// The node whose pressure is held, where no facet is open.
+    /// The node whose pressure is held, where no facet has a free flux.
     pub pin: Option<Pin>,
 }
 
@@ -57,18 +57,19 @@ impl<const D: usize> Boundary<D> {
         let kinds: Vec<BoundaryKind> = owner.iter().map(|&set| sets[set].condition.kind()).collect();
         let fixed = fixed_nodes(mesh, &sets, &owner);
         let glides = glides(mesh, &kinds, &fixed);
-        let closed = !kinds.contains(&BoundaryKind::Outlet);
-        let pin = closed.then(|| Pin::highest(mesh, gravity));
+        let has_level = kinds.iter().any(|kind| kind.has_free_flux());
+        let pin = (!has_level).then(|| Pin::highest(mesh, gravity));
         let owner = owner.into_iter().map(|set| set as u32).collect();
         Self { sets, kinds, owner, fixed: fixed.into_iter().collect(), glides, pin }
     }
 
-    /// True if nothing can come in or leave.
+    /// True if nothing can come in or leave. (With inlets alone a box isn't closed, and its pressure is held all the
+    /// same.)
     pub fn is_closed(&self) -> bool {
-        !self.kinds.iter().any(|kind| kind.is_open())
+        !self.kinds.iter().any(|kind| kind.admits_flow())
     }
 
-    /// Holds the pressure at a place of its own, where no facet is open.
+    /// Holds the pressure at a place of its own, where no facet has a free flux.
     pub fn pinned<const N: usize>(mut self, mesh: &Mesh<D, N>, pin: Option<&PressurePin<D>>) -> Self {
         if let (Some(held), Some(pin)) = (&mut self.pin, pin) {
             *held = pin.held(mesh);
@@ -139,7 +140,7 @@ impl<const D: usize> Boundary<D> {
     /// Δt times the acceleration of what moves with the prescribed velocity at the time `t` [m/s]: a wall that turns
     /// leads the fluid around. The formula of an inlet doesn't say how the velocity changes across it.
     fn change(&self, x: Vector<D>, sets: &[u32], t: f64, dt: f64) -> Vector<D> {
-        let inlet = sets.iter().any(|&set| self.sets[set as usize].condition.kind() == BoundaryKind::Inlet);
+        let inlet = sets.iter().any(|&set| self.sets[set as usize].condition.kind().prescribes_inflow());
         let along = if inlet { Vector::ZERO } else { self.prescribed(x, sets, t) };
         let between = |along: Vector<D>| {
             let [before, after] = [-0.5 * dt, 0.5 * dt].map(|s| self.prescribed(x + along * s, sets, t + s));

@@ -5,7 +5,7 @@
 //! start, unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
 use crate::parallel;
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
+use crate::pfem2::boundary::BoundarySetup;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::fluid::FluidSetup;
 use crate::pfem2::particles::Particles;
@@ -252,7 +252,7 @@ fn at_inlets<const D: usize, const N: usize>(
     fraction: &[Vec<f64>],
 ) -> Vec<(usize, usize)> {
     let sets = system.boundary.sets().iter().enumerate();
-    let asks = |set: &BoundarySetup<D>| set.condition.kind() == BoundaryKind::Inlet && set.brings.is_none();
+    let asks = |set: &BoundarySetup<D>| set.condition.kind().prescribes_inflow() && set.brings.is_none();
     let touching = |(inlet, set): (usize, &BoundarySetup<D>)| {
         let nodes: BTreeSet<u32> = set.facets.iter().flat_map(|&facet| system.mesh.facet_nodes(facet)).collect();
         let there = fraction.iter().enumerate().filter(|(_, share)| nodes.iter().any(|&n| share[n as usize] > 0.5));

@@ -32,6 +32,10 @@ pub struct ResidualTerms<'a, const D: usize, const N: usize> {
     pub inertia: f64,
 }
 
+fn sum<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
+    std::array::from_fn(|j| std::array::from_fn(|s| a[j][s] + b[j][s]))
+}
+
 impl<const N: usize> Enriched<N> {
     /// The enrichment of a cut element, with τ [s].
     pub fn new<const D: usize>(
@@ -70,10 +74,7 @@ impl<const N: usize> Enriched<N> {
                 }
             }
         }
-        let sum = |(column, extra): (&[[f64; N]; N], &[[f64; N]; N])| {
-            std::array::from_fn(|j| std::array::from_fn(|s| column[j][s] + extra[j][s]))
-        };
-        let rows = columns.iter().zip(&extra).map(sum).collect();
+        let rows = columns.iter().zip(&extra).map(|(column, extra)| sum(column, extra)).collect();
         Self { rows, columns, inverse: inverse_of_semidefinite(matrix), load, walls: Vec::new() }
     }
 
@@ -104,7 +105,7 @@ impl<const N: usize> Enriched<N> {
 
     fn condensed(&self, columns: &[[[f64; N]; N]], i: usize, j: usize) -> Block<N> {
         let mut block = [[0.0; N]; N];
-        // Becker (31), (32): K̂ − K_ss = −K_se K_ee⁻¹ K_es; theory (G.17).
+        // Becker (32): K̂ − K_ss = −K_se K_ee⁻¹ K_es, for the system Becker (31); theory (G.17).
         for (k, column) in columns.iter().enumerate() {
             for (l, row) in self.rows.iter().enumerate() {
                 for r in 0..N {

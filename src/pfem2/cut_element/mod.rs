@@ -10,7 +10,9 @@
 //! jump   F_k = N_k on the side where node k is not, 0 on that of k                       a jump and a kink
 //!
 //! ⎡K_ss  K_se⎤ ⎧x⎫   ⎧f_s⎫      K_se = (−Σ_s V_s F(c_s) g_j; −τ Σ_s V_s/ρ_s g_j·∇F_s)
-//! ⎣K_es  K_ee⎦ ⎩q⎭ = ⎩f_e⎭      K_ee = −τ Σ_s V_s/ρ_s ∇F_s·∇F_s,   f_e = −τ Σ_s V_s ∇F_s·s
+//! ⎣K_es  K_ee⎦ ⎩q⎭ = ⎩f_e⎭      K_ee = −τ Σ_s V_s/ρ_s ∇F_s·∇F_s,   f_e = −τ Σ_s V_s ∇F_s·s_±
+//!
+//!                            s: a side;  s_±: the source there, of the negative or the positive side
 //!
 //! K̂ = K_ss − K_se K_ee⁻¹ K_es,  f̂ = f_s − K_se K_ee⁻¹ f_e,  q = K_ee⁻¹ (f_e − K_es x)   Becker (29)–(33), theory (G.17)
 //! ```

@@ -99,8 +99,8 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         }
         let (simplex, content) = (self.mesh.simplex(element), &self.contents.elements[element]);
         let mut block = element::block(simplex, content, &self.equations, (i, j));
-        if self.mesh_data.open[element] != 0 {
-            outflow::release(&mut block, simplex, content.viscosity, self.mesh_data.open[element], (i, j));
+        if self.mesh_data.outlets[element] != 0 {
+            outflow::release(&mut block, simplex, content.viscosity, self.mesh_data.outlets[element], (i, j));
             let back = if i == j { self.back(element, i) } else { 0.0 };
             (0..D).for_each(|r| block[r][r] += back);
         }
@@ -116,7 +116,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         let simplex = self.mesh.simplex(element);
         let density = self.contents.elements[element].mass.iter().sum::<f64>() / simplex.volume;
         let convected = self.convected[self.mesh.elements()[element][i] as usize];
-        outflow::back(simplex, density, self.mesh_data.open[element], convected, i)
+        outflow::back(simplex, density, self.mesh_data.outlets[element], convected, i)
     }
 
     /// The right-hand side of an element's local node `i`, condensed.

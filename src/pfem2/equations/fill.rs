@@ -24,10 +24,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             let filling = phases.filling(&self.mesh.elements()[e]);
             let volume = self.mesh.simplex(e).volume;
             let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
-            let content = match filling.cut(&self.contents.density, viscosity) {
-                Some(cut) => cut.content(volume, |medium| self.cut_tau() * tau(medium)),
-                None => filling.content(volume, &self.contents.density, viscosity, tau),
-            };
+            let cut_tau = |medium| self.cut_tau() * tau(medium);
+            let content = filling.content(volume, &self.contents.density, viscosity, tau, cut_tau);
             (content, matches!(filling, Filling::Pure(_)))
         });
         let (mut contents, mut pure): (Vec<_>, Vec<_>) = filled.into_iter().unzip();
@@ -87,7 +85,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let source = sources[0] * share + sources[1] * (1.0 - share) + drive.inertia(&self.equations);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
-        let tension = surface_tension::forces(&level, &x, simplex, tension, self.mesh_data.open[e]);
+        let tension = surface_tension::forces(&level, &x, simplex, tension, self.mesh_data.outlets[e]);
         let inertia = match self.physics.mass {
             Mass::Lumped => [[0.0; N]; N],
             Mass::Consistent => {

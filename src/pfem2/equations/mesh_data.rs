@@ -3,20 +3,20 @@
 use super::outflow;
 use super::slip;
 use crate::mesh::Mesh;
-use crate::pfem2::boundary::{Boundary, BoundaryKind};
+use crate::pfem2::boundary::Boundary;
 
 /// Sizes of the elements, and their facets on the boundary; bit k is for the facet opposite to local node k.
 #[derive(Debug)]
 pub struct MeshData {
     /// Shortest edge of each element [m].
     pub size: Vec<f64>,
-    /// Open facets of each element, as bits (see `outflow`).
-    pub open: Vec<u8>,
+    /// Facets of each element at outlets and under a pressure, as bits (see `outflow`).
+    pub outlets: Vec<u8>,
     /// Slip facets of each element, as bits (see `slip`).
     pub slip: Vec<u8>,
-    /// Facets of each element that fluid doesn't leave through, as bits.
-    pub walls: Vec<u8>,
-    /// The other facets of each element on the boundary, as bits.
+    /// Facets of each element with a prescribed flux, as bits: walls, slip walls and inlets.
+    pub held: Vec<u8>,
+    /// Facets of each element with a free flux, as bits: outlets, tractions and pressures.
     pub openings: Vec<u8>,
     /// True for nodes on the boundary of the mesh.
     pub on_boundary: Vec<bool>,
@@ -27,10 +27,10 @@ impl MeshData {
     pub fn new<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         Self {
             size: (0..mesh.elements().len()).map(|e| mesh.shortest_edge(e)).collect(),
-            open: outflow::open_facets(mesh, boundary),
+            outlets: outflow::outlet_facets(mesh, boundary),
             slip: slip::slip_facets(mesh, boundary),
-            walls: boundary.facet_bits(mesh, |condition| condition.kind() != BoundaryKind::Outlet),
-            openings: boundary.facet_bits(mesh, |condition| condition.kind() == BoundaryKind::Outlet),
+            held: boundary.facet_bits(mesh, |condition| condition.kind().carries_reaction()),
+            openings: boundary.facet_bits(mesh, |condition| condition.kind().has_free_flux()),
             on_boundary: boundary_nodes(mesh),
         }
     }

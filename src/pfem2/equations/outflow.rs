@@ -24,8 +24,8 @@ use crate::pfem2::boundary::{Boundary, Condition};
 use crate::pfem2::element::Block;
 
 /// The facets of each element that are open in this way: bit k for the one opposite to local node k.
-pub fn open_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
-    boundary.facet_bits(mesh, |condition| matches!(condition, Condition::Outlet | Condition::Pressure(_)))
+pub fn outlet_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
+    boundary.facet_bits(mesh, Condition::prescribes_pressure)
 }
 
 /// Subtracts μ/d g_j ⊗ S_f from the block of rows of node `i` and columns of node `j`.

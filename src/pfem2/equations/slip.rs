@@ -13,13 +13,13 @@
 //! facets.
 
 use crate::mesh::{Mesh, Simplex};
-use crate::pfem2::boundary::{Boundary, Condition};
+use crate::pfem2::boundary::Boundary;
 use crate::pfem2::cut_element::{CutGeometry, Enrichment};
 use crate::pfem2::element::Block;
 
 /// The slip facets of each element: bit k for the one opposite to local node k.
 pub fn slip_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
-    boundary.facet_bits(mesh, |condition| matches!(condition, Condition::Slip))
+    boundary.facet_bits(mesh, |condition| condition.kind().is_frictionless())
 }
 
 /// Adds ∮N_i N_j n_f dA of an element's slip facets to the block of rows of node `i` and columns of node `j` [m²].

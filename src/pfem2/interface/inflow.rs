@@ -37,7 +37,7 @@ impl<const D: usize> InflowComposition<D> {
         };
         let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.inflow_fluid(place), kind) {
             (Some(fluid), _) => InflowFluid::Named(fluid == set.inside),
-            (None, kind) if kind.is_open() => InflowFluid::Start,
+            (None, kind) if kind.admits_flow() => InflowFluid::Start,
             (None, _) => InflowFluid::Nothing,
         };
         let inflow: Vec<InflowFluid> = boundary.kinds.iter().enumerate().map(of).collect();

@@ -135,7 +135,7 @@ impl<const N: usize> ElementIntegrals<N> {
     pub fn block<const D: usize>(&self, g: &[Vector<D>; N], (i, j): (usize, usize)) -> Block<N> {
         let mut a = [[0.0; N]; N];
         let (both, stiffness) = (g[i].dot(g[j]), self.elastic + self.viscous);
-        // Becker (25), theory (K.8); the ghost pressures of Becker (31), Becker (32), theory (K.11).
+        // Becker (25), theory (K.8); with the ghost pressures K̂ of Becker (31), Becker (32), theory (K.11).
         for r in 0..D {
             for s in 0..D {
                 let volumetric = self.ghost - 2.0 / 3.0 * self.elastic;
@@ -154,7 +154,7 @@ impl<const N: usize> ElementIntegrals<N> {
     pub fn load<const D: usize>(&self, g: &[Vector<D>; N], forces: &ElementLoads<'_, D, N>, i: usize) -> [f64; N] {
         let drive = forces.drive;
         let mass: f64 = self.mass[i].iter().sum();
-        // Becker (25), Becker (33); theory (K.8), (K.11).
+        // Becker (25), f̂ of Becker (33); theory (K.8), (K.11).
         let mut momentum = drive.force[i] * mass + g[i] * forces.ghosts - traction(&forces.stress, g[i]);
         for j in 0..N {
             momentum += (drive.convected[j] * self.rate + forces.acceleration[j]) * self.mass[i][j];

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! one fluid at all nodes   the element is full of it
-//! two fluids a, b          cut where φ = 0: the level set of the projection if there are only two fluids in all,
-//!                          else φ_i = (f_b − f_a)/(f_a + f_b) of the nodal fractions (Becker (37) of the pair, theory (G.1))
+//! two fluids a, b          cut where φ = 0: the level set of the run, sharp or of the projection, if there are only two
+//!                          fluids in all, else φ_i = (f_b − f_a)/(f_a + f_b) of the nodal fractions (Becker (37) of the pair, theory (G.1))
 //! more than two            not split: mass from the nodal fractions, viscosity and ∫dV/ρ from their means
 //! ```
 //!
 //! The fluid of a node is the one with the largest fraction; of equal ones the first in the order of [`PhaseList`], the
-//! heaviest.
+//! heaviest. (Between nodes it is the one with the highest number: interpolated fractions are hardly ever equal.)
 //!
 //! ```text
 //! phase_list     the phases by role and density
@@ -155,8 +155,7 @@ impl<const N: usize> Filling<N> {
     /// The cut, if there is one; `viscosity` of each fluid in the element [Pa s].
     pub fn cut(&self, density: &[f64], viscosity: impl Fn(usize) -> f64) -> Option<CutGeometry<N>> {
         let Self::Cut(pair, level) = self else { return None };
-        let media = pair.map(|fluid| Medium { density: density[fluid], viscosity: viscosity(fluid) });
-        Some(CutGeometry::new(*level, media))
+        Some(cut_between(*pair, *level, density, viscosity))
     }
 
     /// Adds what an element holds of each fluid [m³].
@@ -173,26 +172,38 @@ impl<const N: usize> Filling<N> {
         }
     }
 
-    /// Content of an element that isn't cut; `tau` from the mean medium.
+    /// Content of an element; `tau` from the mean medium, `cut_tau` that of cut elements.
     pub fn content(
         &self,
         volume: f64,
         density: &[f64],
         viscosity: impl Fn(usize) -> f64,
         tau: impl Fn(Medium) -> f64,
+        cut_tau: impl Fn(Medium) -> f64,
     ) -> Content<N> {
-        let fluids = 0..density.len();
-        let share = |fluid: usize| match self {
-            Self::Pure(own) => f64::from(u8::from(*own == fluid)),
-            Self::Mixed(shares) => shares[fluid],
-            Self::Cut(pair, _) => 0.5 * pair.iter().filter(|own| **own == fluid).count() as f64,
+        let uniform = |fraction: &dyn Fn(usize) -> f64| {
+            let mean = |f: &dyn Fn(usize) -> f64| (0..density.len()).map(|k| fraction(k) * f(k)).sum::<f64>();
+            let medium = Medium { density: mean(&|k| density[k]), viscosity: mean(&viscosity) };
+            let mut content = Content::uniform(volume, medium.density, medium.viscosity, tau(medium));
+            content.volume_over_density = volume * mean(&|k| 1.0 / density[k]);
+            content
         };
-        let mean = |f: &dyn Fn(usize) -> f64| fluids.clone().map(|k| share(k) * f(k)).sum::<f64>();
-        let medium = Medium { density: mean(&|k| density[k]), viscosity: mean(&viscosity) };
-        let mut content = Content::uniform(volume, medium.density, medium.viscosity, tau(medium));
-        content.volume_over_density = volume * mean(&|k| 1.0 / density[k]);
-        content
+        match self {
+            Self::Pure(own) => uniform(&|fluid| f64::from(u8::from(*own == fluid))),
+            Self::Mixed(fractions) => uniform(&|fluid| fractions[fluid]),
+            Self::Cut(pair, level) => cut_between(*pair, *level, density, &viscosity).content(volume, cut_tau),
+        }
     }
+}
+
+/// The cut between two fluids; `viscosity` of each in the element [Pa s].
+fn cut_between<const N: usize>(
+    pair: [usize; 2],
+    level: [f64; N],
+    density: &[f64],
+    viscosity: impl Fn(usize) -> f64,
+) -> CutGeometry<N> {
+    CutGeometry::new(level, pair.map(|fluid| Medium { density: density[fluid], viscosity: viscosity(fluid) }))
 }
 
 #[cfg(test)]
@@ -226,7 +237,7 @@ mod tests {
         let Filling::Mixed(shares) = phases.filling(&[0, 1, 2]) else { panic!("three fluids are a mixture") };
         assert!((shares[0] - 0.3).abs() < 1e-15 && (shares[2] - 0.25).abs() < 1e-15);
         assert_eq!(phases.filling(&[1, 2, 2]), Filling::Cut([1, 2], [-1.0, 0.5, 0.5]));
-        let content = phases.filling(&[0, 1, 2]).content(2.0, &DENSITY, |_| 1.0, |_| 1.0);
+        let content = phases.filling(&[0, 1, 2]).content(2.0, &DENSITY, |_| 1.0, |_| 1.0, |_| 1.0);
         let mass = 2.0 * (0.3 * 1.0 + 0.45 * 1000.0 + 0.25 * 800.0);
         assert!((content.mass.iter().sum::<f64>() / mass - 1.0).abs() < 1e-14);
     }

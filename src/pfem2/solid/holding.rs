@@ -15,6 +15,7 @@ use super::rigid::RigidLoad;
 use super::setup::SolidSetup;
 use super::structure::bodies::SolvedStep;
 use super::structure::{Prediction, Structure};
+use crate::linalg::MatrixEntry;
 use crate::math::Vector;
 use crate::pfem2::moments::moment;
 
@@ -244,8 +245,8 @@ fn forces_on_supports<const D: usize>(solved: &SolvedStep<'_, D>) -> Vec<f64> {
     let mut forces = equations.missing(velocity);
     forces.iter_mut().enumerate().for_each(|(k, force)| *force = fluid[k / D][k % D] - *force);
     equations.linear.loads.iter().for_each(|&(k, load)| forces[k as usize] += load);
-    for &(row, column, entry) in &equations.linear.entries {
-        forces[row as usize] -= entry * velocity[column as usize];
+    for &MatrixEntry { row, column, value } in &equations.linear.entries {
+        forces[row as usize] -= value * velocity[column as usize];
     }
     forces
 }

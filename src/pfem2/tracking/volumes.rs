@@ -39,7 +39,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let region = system.fluid_region();
         self.kept_volumes = (several && shifts).then(|| self.phases().volumes(&region));
         let Some(set) = &self.sharp else { return };
-        let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
+        let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].admits_flow());
         let opening = |(place, &facet)| Some(OpenFacet { facet, inflow_level: self.inflow.level(place)? });
         self.openings = facets.filter_map(opening).collect();
         self.kept_volume = shifts.then(|| level_set::negative_volume(&region, &set.level));

@@ -7,7 +7,7 @@ use crate::case::{BoundarySpec, BoundaryWord, SignalSpec};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Locator, Mesh};
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup, Condition, PressurePin};
+use crate::pfem2::boundary::{BoundarySetup, Condition, PressurePin};
 use crate::pfem2::{ForcedPart, MomentPoint};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -163,7 +163,7 @@ impl<'c> Construction<'c> {
         let mut points = Vec::new();
         for (i, (spec, set)) in file.boundary.iter().zip(sets).enumerate() {
             let Some(about) = spec.moment_about else { continue };
-            if set.condition.kind() == BoundaryKind::Outlet {
+            if set.condition.kind().has_free_flux() {
                 let message =
                     "an open boundary holds nothing: the fluid exerts no force on it that could have a moment";
                 let finding = Diagnostic::error(format!("boundary[{i}].moment-about"), message);
@@ -198,7 +198,7 @@ impl<'c> Construction<'c> {
     ) -> Option<PressurePin<D>> {
         const KEY: &str = "pfem2.pressure-pin";
         let spec = self.case.file.pfem2.pressure_pin.as_ref()?;
-        if let Some(open) = sets.iter().find(|set| set.condition.kind() == BoundaryKind::Outlet) {
+        if let Some(open) = sets.iter().find(|set| set.condition.kind().has_free_flux()) {
             let message = format!("`{}` is open: the pressure there already says what the pressure is", open.name);
             let help = "take the pin out, or give that boundary a `pressure`";
             self.findings.push(Diagnostic::error(KEY, message).help(help));

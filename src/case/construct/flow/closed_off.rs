@@ -5,7 +5,7 @@ use super::mesh::at;
 use super::solids::{InitialSolid, solid_at};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
+use crate::pfem2::boundary::BoundarySetup;
 
 /// An element in a solid.
 const SOLID: usize = usize::MAX;
@@ -34,7 +34,7 @@ impl Construction<'_> {
             return;
         }
         let mut open = vec![false; count];
-        for set in sets.iter().filter(|set| set.condition.kind() == BoundaryKind::Outlet) {
+        for set in sets.iter().filter(|set| set.condition.kind().has_free_flux()) {
             for facet in &set.facets {
                 if let Some(open) = open.get_mut(part[facet.element as usize]) {
                     *open = true;

@@ -209,7 +209,7 @@ impl Construction<'_> {
     /// The outflow of three and more fluids isn't known by fluid: their volumes are corrected in closed boxes only.
     fn open_volumes<const D: usize>(&mut self, sets: &[BoundarySetup<D>], third: usize) {
         let spec = &self.case.file.pfem2;
-        let Some(open) = sets.iter().find(|set| set.condition.kind().is_open()) else { return };
+        let Some(open) = sets.iter().find(|set| set.condition.kind().admits_flow()) else { return };
         if spec.volume == VolumeSpec::None {
             return;
         }

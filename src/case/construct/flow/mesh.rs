@@ -7,7 +7,7 @@ use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mesh::domain::{BoxMesh, DomainMesh, Refinement};
 use crate::mesh::{Facet, Locator, Mesh};
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
+use crate::pfem2::boundary::BoundarySetup;
 use std::path::Path;
 
 /// Volume over the longest edge to the power of the dimension under which an element is said to be nearly flat; 0.43 in
@@ -41,14 +41,14 @@ impl Construction<'_> {
             return;
         }
         let locator = Locator::new(mesh);
-        if let Some(e) = (0..piece.len()).find(|&e| locator.over(mesh, e).is_some()) {
+        if let Some(e) = (0..piece.len()).find(|&e| locator.overlapping(mesh, e).is_some()) {
             let message = format!("pieces of the mesh overlap: two elements hold the place ({})", at(mesh.center(e)));
             let help = "a place belongs to one element: leave one of the pieces out, or choose a `group`";
             self.findings.push(Diagnostic::error("mesh", message).help(help));
             return;
         }
         let mut open = vec![false; count];
-        for set in sets.iter().filter(|set| set.condition.kind() == BoundaryKind::Outlet) {
+        for set in sets.iter().filter(|set| set.condition.kind().has_free_flux()) {
             set.facets.iter().for_each(|facet| open[piece[facet.element as usize]] = true);
         }
         let Some(closed) = open.iter().rposition(|open| !open) else { return self.one_shift(count) };

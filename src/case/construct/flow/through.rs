@@ -5,7 +5,7 @@ use super::mesh::{at, middle};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
-use crate::pfem2::boundary::{BoundaryKind, BoundarySetup, Condition};
+use crate::pfem2::boundary::BoundarySetup;
 use std::collections::HashMap;
 
 /// Part of a wall's velocity that may be normal to it, as the rounding error of a formula.
@@ -22,7 +22,10 @@ impl Construction<'_> {
         sets: &[BoundarySetup<D>],
     ) {
         for (i, (set, spec)) in sets.iter().zip(&self.case.file.boundary).enumerate() {
-            let Condition::Wall(velocity) = &set.condition else { continue };
+            if set.condition.kind().admits_flow() {
+                continue;
+            }
+            let Some(velocity) = set.condition.velocity_formula() else { continue };
             if velocity.iter().all(Signal::is_zero) {
                 continue;
             }
@@ -59,13 +62,13 @@ impl Construction<'_> {
         mesh: &Mesh<D, N>,
         sets: &[BoundarySetup<D>],
     ) {
-        if sets.iter().any(|set| set.condition.kind() == BoundaryKind::Outlet) {
+        if sets.iter().any(|set| set.condition.kind().has_free_flux()) {
             return;
         }
         for t in self.times() {
             let (mut net, mut all) = (0.0, 0.0);
             for set in sets {
-                let (Condition::Inlet(v) | Condition::Wall(v)) = &set.condition else { continue };
+                let Some(v) = set.condition.velocity_formula() else { continue };
                 for &facet in &set.facets {
                     let (through, most) = flux(mesh, facet, v, t);
                     (net, all) = (net + through, all + most);
@@ -73,7 +76,7 @@ impl Construction<'_> {
             }
             // The net flux from the rounding errors of formulas is no inflow, also for rotating walls.
             if net.abs() > 1e-6 * all {
-                let first = sets.iter().position(|set| matches!(set.condition, Condition::Inlet(_))).unwrap_or(0);
+                let first = sets.iter().position(|set| set.condition.kind().prescribes_inflow()).unwrap_or(0);
                 let rate = if D == 2 { "m²/s" } else { "m³/s" };
                 let message = format!("{:.4e} {rate} flow in at t = {t} s, but nothing lets them out", -net);
                 let finding = Diagnostic::error(format!("boundary[{first}]"), message);
@@ -96,17 +99,13 @@ impl Construction<'_> {
         for (i, set) in sets.iter().enumerate() {
             let nodes = set.facets.iter().flat_map(|&facet| mesh.facet_nodes(facet));
             let places: Vec<Vector<D>> = nodes.map(|node| mesh.nodes()[node as usize]).collect();
-            let Some(first) = places.first().map(|x| x.to3()) else { continue };
-            let same = |p: &Signal, t| places.iter().all(|x| p.value(x.to3(), t) == p.value(first, t));
-            let one = match &set.condition {
-                Condition::Outlet => true,
-                Condition::Pressure(pressure) => self.times().all(|t| same(pressure, t)),
-                _ => false,
-            };
-            if !one {
+            let Some(&first) = places.first() else { continue };
+            let pressure = |x: Vector<D>, t: f64| set.condition.outside_pressure(x, t);
+            let same = |t: f64| places.iter().all(|&x| pressure(x, t) == pressure(first, t));
+            if !set.condition.prescribes_pressure() || !self.times().all(same) {
                 continue;
             }
-            let pull = |t| Vector::<D>::from_fn(|axis| gravity[axis].value(first, t));
+            let pull = |t| Vector::<D>::from_fn(|axis| gravity[axis].value(first.to3(), t));
             let Some(pull) = self.times().map(pull).find(|pull| pull.norm() > 0.0) else { continue };
             let down = pull / pull.norm();
             let extent = |nodes: &mut dyn Iterator<Item = Vector<D>>| {

@@ -88,23 +88,33 @@ pub fn area(surface: &Triangles, triangle: &[u32; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).norm()
 }
 
+/// Triangles with about the same normal, whichever way they face.
+struct FlatPart {
+    /// Normal of the largest of them.
+    first: Vector<3>,
+    /// Sum of areas times normals, turned to the side of the first [m²].
+    sum: Vector<3>,
+    /// Sum of areas [m²].
+    area: f64,
+}
+
 /// Normals of the largest flat parts, whichever way they face: means of the triangles there, the largest area first.
 fn directions(normals: &[Vector<3>], areas: &[f64]) -> Vec<Vector<3>> {
     let mut order: Vec<usize> = (0..normals.len()).collect();
     order.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]).then(a.cmp(&b)));
-    let mut groups: Vec<(Vector<3>, Vector<3>, f64)> = Vec::new();
+    let mut parts: Vec<FlatPart> = Vec::new();
     for i in order {
         let n = normals[i];
-        match groups.iter_mut().take(64).find(|(first, ..)| first.dot(n).abs() > SAME) {
-            Some((first, sum, area)) => {
-                *sum += n * (areas[i] * first.dot(n).signum());
-                *area += areas[i];
+        match parts.iter_mut().take(64).find(|part| part.first.dot(n).abs() > SAME) {
+            Some(part) => {
+                part.sum += n * (areas[i] * part.first.dot(n).signum());
+                part.area += areas[i];
             }
-            None => groups.push((n, n * areas[i], areas[i])),
+            None => parts.push(FlatPart { first: n, sum: n * areas[i], area: areas[i] }),
         }
     }
-    groups.sort_by(|a, b| b.2.total_cmp(&a.2));
-    groups.into_iter().take(DIRECTIONS).filter_map(|(_, sum, _)| sum.normalized()).collect()
+    parts.sort_by(|a, b| b.area.total_cmp(&a.area));
+    parts.into_iter().take(DIRECTIONS).filter_map(|part| part.sum.normalized()).collect()
 }
 
 /// The direction of the longest side of a triangle that is normal to `n`.

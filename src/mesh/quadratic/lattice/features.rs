@@ -151,7 +151,8 @@ impl Features {
         self.patches.len()
     }
 
-    /// Patches without a mark become parts of neighbours with one, beginning with those of which most is known.
+    /// Joins each patch that isn't `marked` to a neighbour that is, or was joined to one: always the pair with the longest
+    /// common edge first.
     pub fn merge_unmarked(&mut self, marked: &[bool]) {
         let mut into: Vec<u32> = (0..self.patches.len() as u32).collect();
         let mut settled = marked.to_vec();

@@ -55,7 +55,8 @@ pub fn holds(mesh: &Hexes, features: &Features, cell: f64) -> Vec<Hold> {
     let mut holds = vec![Hold::Free; mesh.nodes.len()];
     let patches = mesh.patches();
     let corners = corners(mesh, features, &patches, cell);
-    // On the sharp edge the angle of the quadrilateral would be straight there.
+    // Two sides of a quadrilateral on one sharp edge would meet at 180° in the node between them, where the Jacobian
+    // vanishes: that node stays off the edge.
     let released = mesh.bends();
     for (&node, own) in &patches {
         let x = mesh.nodes[node as usize];
@@ -90,21 +91,30 @@ fn nearest_patch(features: &Features, patches: &[u32], x: Vector<3>) -> u32 {
     patches.iter().copied().reduce(|best, next| if away(next) < away(best) { next } else { best }).unwrap_or(0)
 }
 
+/// A node with a corner of the surface that it may take.
+struct CornerCandidate {
+    /// Distance of the corner from the node [m].
+    distance: f64,
+    node: u32,
+    /// Place among the corners of the surface.
+    corner: usize,
+}
+
 /// The corner of the surface that each node with three patches or more takes: the nearest one where these meet, each
 /// corner once.
 fn corners(mesh: &Hexes, features: &Features, patches: &BTreeMap<u32, Vec<u32>>, cell: f64) -> BTreeMap<u32, usize> {
-    let mut wishes: Vec<(f64, u32, usize)> = Vec::new();
+    let mut candidates: Vec<CornerCandidate> = Vec::new();
     for (&node, own) in patches.iter().filter(|(_, own)| own.len() > 2) {
         for (index, corner) in features.corners().iter().enumerate() {
-            let away = (corner.place - mesh.nodes[node as usize]).norm();
-            if away < FARTHEST * cell && own.iter().all(|patch| corner.patches.contains(patch)) {
-                wishes.push((away, node, index));
+            let distance = (corner.place - mesh.nodes[node as usize]).norm();
+            if distance < FARTHEST * cell && own.iter().all(|patch| corner.patches.contains(patch)) {
+                candidates.push(CornerCandidate { distance, node, corner: index });
             }
         }
     }
-    wishes.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance).then((a.node, a.corner).cmp(&(b.node, b.corner))));
     let (mut taken, mut found) = (BTreeSet::new(), BTreeMap::new());
-    for (_, node, corner) in wishes {
+    for CornerCandidate { node, corner, .. } in candidates {
         if !found.contains_key(&node) && taken.insert(corner) {
             found.insert(node, corner);
         }

@@ -1,7 +1,7 @@
 //! The patch of the surface to which each quadrilateral of the boundary belongs.
 //!
 //! ```text
-//! E = Σ_q (d(x_q, P)/h + w (1 − n_q·n_P)) + γ #{neighbours q, r: P_q ≠ P_r}
+//! E = Σ_q (d(x_q, P)/h + w (1 − n_q·n_P) + [n_q·n_P < −0.1] 10) + γ #{neighbours q, r: P_q ≠ P_r}
 //! ```
 //!
 //! is lowered one quadrilateral at a time (iterated conditional modes, Besag 1986). Then the quadrilaterals of a patch
@@ -21,18 +21,29 @@ const CHANGE: f64 = 0.4;
 /// Cost of a normal that points away from that of the patch.
 const AWAY: f64 = 10.0;
 
+/// Cosine of the angle between two normals below which they point away from each other.
+const AWAY_COSINE: f64 = -0.1;
+
 /// Rounds in which quadrilaterals are looked at again.
 const ROUNDS: usize = 30;
 
 /// Distance [cells] beyond the nearest patch in which other patches are tried.
 const REACH: f64 = 2.5;
 
+/// A patch, and what it costs a quadrilateral to belong to it.
+#[derive(Clone, Copy)]
+struct PatchCost {
+    patch: u32,
+    cost: f64,
+}
+
 /// Quadrilaterals, their neighbours, and the cost of each patch for them.
 struct Labelling {
     labels: Vec<u32>,
     /// Neighbours across the four edges.
     neighbours: Vec<[usize; 4]>,
-    costs: Vec<Vec<(u32, f64)>>,
+    /// Costs of the patches near each quadrilateral.
+    costs: Vec<Vec<PatchCost>>,
     /// Quadrilaterals around each node, in their order around it.
     rings: Vec<Vec<usize>>,
 }
@@ -67,9 +78,9 @@ impl Labelling {
         for _ in 0..ROUNDS {
             let mut changed = false;
             for q in 0..self.labels.len() {
-                let total = |&(patch, cost): &(u32, f64)| {
+                let total = |&PatchCost { patch, cost }: &PatchCost| {
                     let others = self.neighbours[q].iter().filter(|&&r| self.labels[r] != patch).count();
-                    (patch, cost + CHANGE * others as f64)
+                    PatchCost { patch, cost: cost + CHANGE * others as f64 }
                 };
                 let best = cheapest(&self.costs[q].iter().map(total).collect::<Vec<_>>());
                 changed |= best != self.labels[q];
@@ -146,7 +157,7 @@ impl Labelling {
 }
 
 /// The cost of each patch near a quadrilateral.
-fn costs(corners: [Vector<3>; 4], features: &Features, cell: f64) -> Vec<(u32, f64)> {
+fn costs(corners: [Vector<3>; 4], features: &Features, cell: f64) -> Vec<PatchCost> {
     let centre = corners.into_iter().sum::<Vector<3>>() * 0.25;
     let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalized().unwrap_or(Vector::unit(0));
     let all = |reach: f64| {
@@ -163,14 +174,15 @@ fn costs(corners: [Vector<3>; 4], features: &Features, cell: f64) -> Vec<(u32, f
     let least = near.iter().map(|(_, distance, _)| *distance).fold(f64::INFINITY, f64::min);
     let cost = |(patch, distance, n): (u32, f64, Vector<3>)| {
         let cosine = n.dot(normal);
-        (patch, distance / cell + DIRECTION * (1.0 - cosine) + if cosine < -0.1 { AWAY } else { 0.0 })
+        let away = if cosine < AWAY_COSINE { AWAY } else { 0.0 };
+        PatchCost { patch, cost: distance / cell + DIRECTION * (1.0 - cosine) + away }
     };
     near.into_iter().filter(|(_, distance, _)| *distance < least + REACH * cell).map(cost).collect()
 }
 
 /// The cheapest patch; the first of several.
-fn cheapest(costs: &[(u32, f64)]) -> u32 {
-    costs.iter().reduce(|best, next| if next.1 < best.1 { next } else { best }).map_or(0, |(patch, _)| *patch)
+fn cheapest(costs: &[PatchCost]) -> u32 {
+    costs.iter().reduce(|best, next| if next.cost < best.cost { next } else { best }).map_or(0, |best| best.patch)
 }
 
 /// The most frequent one; the lowest of several.

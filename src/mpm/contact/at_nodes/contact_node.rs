@@ -35,6 +35,7 @@ pub struct ContactNode<const D: usize> {
     pub impulse: Vector<D>,
     /// Velocity of the sheet's mass at the node after the impulse [m/s].
     pub impulse_velocity: Vector<D>,
+    /// True for axes along which contact may push the node.
     pub free: [bool; D],
 }
 
@@ -43,10 +44,11 @@ pub struct ContactNode<const D: usize> {
 pub struct NodePair<const D: usize> {
     /// Gap to the particles labelled − and + [m]; infinite where there are none.
     pub gap: [f64; 2],
-    /// Σ ± m_p N_Ip over the labelled particles: their majority decides the side.
+    /// Σ ± m_p N_Ip over the labelled particles: its sign decides the side [kg].
     pub vote: f64,
-    /// Σ m_p N_Ip [kg] and Σ m_p N_Ip x_p [kg m] over the same particles.
+    /// Σ m_p N_Ip over the same particles [kg].
     pub mass: f64,
+    /// Σ m_p N_Ip x_p over the same particles [kg m].
     pub moment: Vector<D>,
     /// Side from which the body comes to the sheet in this sub-step, +1 where the normal points.
     pub side: f64,

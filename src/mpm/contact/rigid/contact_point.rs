@@ -9,29 +9,36 @@ use crate::mpm::wall::RigidBoundary;
 pub struct RigidContact<const D: usize> {
     /// The wall or obstacle.
     pub solid: u32,
-    /// K and W_K; a node has one.
+    /// The nodes K of the element on which the point lies; of a point at a node all are that node.
     pub nodes: [u32; 4],
+    /// Their weights W_K at the point; at a node the first is 1.
     pub weights: [f64; 4],
-    /// Distance from the surface at which the gap is zero: half the thickness, less the depth to which an element may
-    /// cut in [m].
+    /// Distance of the middle surface from the solid at which the gap is zero: half the thickness, less the depth to
+    /// which an element may cut in [m].
     pub offset: f64,
-    /// The step in which overlaps are undone is measured by this length [m].
-    pub thickness: f64,
+    /// Half the thickness at the point, of thin sheets a part of the element's size: corrections of overlaps in one
+    /// sub-step, and overlaps that are allowed, are parts of it [m].
+    pub half_thickness: f64,
+    /// Unit normal of the solid, away from it.
     pub normal: Vector<D>,
-    /// g where it was measured last, relative to the solid [m].
+    /// g where it was measured last [m].
     pub measured: f64,
+    /// The place where g was measured last, less the way of the solid until then [m].
     pub anchor: Vector<D>,
     /// g at the start of the sub-step [m].
     pub gap: f64,
     /// v_w [m/s].
     pub wall: Vector<D>,
+    /// Coefficient of friction.
     pub friction: f64,
-    /// J of this sub-step on the sheet, and the part of it that the nodes have got [N s].
+    /// J of this sub-step on the sheet [N s].
     pub impulse: Impulse<D>,
+    /// The part of J that has been added to the velocities of the nodes [N s].
     pub applied: Vector<D>,
 }
 
 impl<const D: usize> RigidContact<D> {
+    /// The place of the point [m], with these positions of the nodes.
     pub fn position(&self, position: &[Vector<D>]) -> Vector<D> {
         self.at(position)
     }

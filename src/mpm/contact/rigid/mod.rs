@@ -288,7 +288,7 @@ impl<const D: usize> RigidContacts<D> {
         for contact in &self.contacts {
             let gap = contact.gap_after(position, elapsed);
             if gap < 0.0 {
-                let by = contact.normal * (-RECOVERY * gap).min(LARGEST_CORRECTION * contact.thickness);
+                let by = contact.normal * (-RECOVERY * gap).min(LARGEST_CORRECTION * contact.half_thickness);
                 for (&k, &weight) in contact.nodes.iter().zip(&contact.weights).filter(|(_, weight)| **weight > 0.0) {
                     let inverse_mass = inverse_mass(k as usize);
                     position[k as usize] +=
@@ -325,7 +325,7 @@ mod tests {
             nodes: [0; 4],
             weights: [1.0, 0.0, 0.0, 0.0],
             offset: 0.0,
-            thickness: 0.0,
+            half_thickness: 0.0,
             normal: Vector([0.0, 1.0]),
             measured: 0.0,
             anchor: Vector::ZERO,

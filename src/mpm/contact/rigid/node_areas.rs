@@ -131,7 +131,7 @@ impl<const D: usize> NodeAreas<D> {
             nodes,
             weights,
             offset,
-            thickness: half.max(THIN * size),
+            half_thickness: half.max(THIN * size),
             normal,
             measured: distance - offset,
             anchor: x - ahead,

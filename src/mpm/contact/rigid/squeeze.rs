@@ -92,17 +92,18 @@ impl<const D: usize> RigidContacts<D> {
         };
         // The contacts of a node, and those of an element, follow each other.
         for near in self.contacts.chunk_by(|a, b| a.nodes == b.nodes) {
-            for contact in near.iter().filter(|contact| -gap(contact) > LARGEST_SQUEEZE * contact.thickness) {
+            for contact in near.iter().filter(|contact| -gap(contact) > LARGEST_SQUEEZE * contact.half_thickness) {
                 let too_near = |other: &&RigidContact<D>| {
                     contact.is_opposite(other)
-                        && -(gap(contact) + gap(other)) > LARGEST_SQUEEZE * (contact.thickness + other.thickness)
+                        && -(gap(contact) + gap(other))
+                            > LARGEST_SQUEEZE * (contact.half_thickness + other.half_thickness)
                 };
                 if let Some(other) = near.iter().find(too_near) {
                     return Some(found(contact, Some(other), distance(contact) + distance(other)));
                 }
                 let depth = -distance(contact);
                 let began = || walls.distance_at_the_start(contact.solid as usize, contact.position(reference));
-                if depth > contact.thickness && contact.is_held(held) && began() > -contact.thickness {
+                if depth > contact.half_thickness && contact.is_held(held) && began() > -contact.half_thickness {
                     return Some(found(contact, None, depth));
                 }
             }

@@ -4,6 +4,7 @@ use super::{ImpulseIterate, ImpulseLaw, SurfaceFoot, SurfaceImpulses, SurfacePoi
 use crate::math::Vector;
 use crate::mpm::particles::Body;
 use crate::mpm::wall::gap::BodiesAtWalls;
+use crate::mpm::wall::lasting::ParticleContact;
 use crate::mpm::wall::position_correction::LEAST_OBSTACLE_DISTANCE;
 use crate::mpm::wall::solid::RigidBoundary;
 use crate::mpm::wall::{Pushes, Walls};
@@ -32,7 +33,7 @@ impl<const D: usize> Walls<D> {
         for point in &mut points {
             point.held = point
                 .particle
-                .is_some_and(|[body, id]| particle_contacts_before.binary_search(&[point.boundary, body, id]).is_ok());
+                .is_some_and(|own| particle_contacts_before.binary_search(&contact_of(point.boundary, own)).is_ok());
         }
         let mut surface = std::mem::take(&mut self.field_reactions[field].surface);
         surface.find(grid, &stencil, nodes, self.binding_points.iter().copied().chain(points));
@@ -217,7 +218,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// As [`Self::bind_lasting_velocities`], at the surface.
-    pub(in crate::mpm::wall) fn bind_lasting_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
+    pub(in crate::mpm::wall) fn bind_lasting_at_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
         let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.held { state.stopped() } else { state.impulse }
         };
@@ -255,9 +256,8 @@ impl<const D: usize> Walls<D> {
         for reaction in &mut self.field_reactions {
             let touching = reaction.surface.points.iter().filter(|point| point.touches);
             reaction.particle_contacts_before.clear();
-            reaction
-                .particle_contacts_before
-                .extend(touching.filter_map(|p| p.particle.map(|[body, id]| [p.boundary, body, id])));
+            let contacts = touching.filter_map(|point| Some(contact_of(point.boundary, point.particle?)));
+            reaction.particle_contacts_before.extend(contacts);
             reaction.particle_contacts_before.sort_unstable();
         }
     }
@@ -271,6 +271,11 @@ impl<const D: usize> Walls<D> {
     fn wall_at(&self, point: &SurfacePoint<D>, t: f64) -> Vector<D> {
         self.velocity(point.boundary as usize, point.place, t)
     }
+}
+
+/// The contact of a body's particle with an obstacle.
+fn contact_of(boundary: u32, [body, particle]: [u32; 2]) -> ParticleContact {
+    ParticleContact { boundary, body, particle }
 }
 
 /// v of a node that holds (m, p) [m/s].

@@ -46,7 +46,7 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
-use crate::pfem2::particles::project::moments::{GroupMoments, MomentTable};
+use crate::pfem2::particles::project::group_sums::{GroupSumTable, GroupSums};
 use crate::pfem2::phases::FluidRegion;
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one
@@ -170,17 +170,17 @@ impl LevelSet {
         before: &[f64],
     ) -> Vec<f64> {
         let near = self.near(mesh, particles);
-        let mut table = MomentTable::<1, N>::collect(mesh.elements().len(), |e, entries| {
+        let mut table = GroupSumTable::<1, N>::collect(mesh.elements().len(), |e, entries| {
             let own = particles.of(e);
             if !near[e] || own.is_empty() {
                 return;
             }
-            let mut moments = GroupMoments::new(0);
+            let mut sums = GroupSums::new(0);
             for p in own.clone() {
                 let phi = self.sign(particles.phase[p]) * particles.depth[p].min(self.band);
-                moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));
+                sums.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));
             }
-            entries.put(&moments);
+            entries.put(&sums);
             entries.weigh(mesh.simplex(e).volume / own.len() as f64);
         });
         table.make_linear(mesh, 1, |_| false);

@@ -257,6 +257,6 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
 
     /// True if the boundary facet of an element opposite to a local node holds particles back.
     pub fn holds(&self, element: usize, opposite: usize) -> bool {
-        matches!(self.kind(element, opposite), BoundaryKind::Wall | BoundaryKind::Slip)
+        !self.kind(element, opposite).admits_flow()
     }
 }

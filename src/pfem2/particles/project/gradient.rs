@@ -22,7 +22,7 @@
 //! none with ε = 0.1. An interface that is nearly a plane keeps its exactness: one node of each element that it cuts
 //! has the fluid all around it on its side.
 
-use super::moments::{GroupMoments, MomentTable};
+use super::group_sums::{GroupSumTable, GroupSums};
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -43,7 +43,7 @@ type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 /// The gradient at a node, and whether it is sure.
 type NodeGradient<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
-impl<const K: usize, const N: usize> MomentTable<K, N> {
+impl<const K: usize, const N: usize> GroupSumTable<K, N> {
     /// Corrects R_k of every entry with the gradients of the groups `0..groups`; `is_shared` is true for nodes where
     /// a group may fill a small part of the elements around.
     pub fn make_linear<const D: usize>(
@@ -101,7 +101,7 @@ struct Patch<const K: usize, const D: usize> {
 
 impl<const K: usize, const D: usize> Patch<K, D> {
     #[inline(always)]
-    fn add<const N: usize>(&mut self, entry: &GroupMoments<K, N>, corners: [Vector<D>; N]) {
+    fn add<const N: usize>(&mut self, entry: &GroupSums<K, N>, corners: [Vector<D>; N]) {
         let w = entry.weight;
         for k in 0..N {
             let share = entry.sum(k);
@@ -197,7 +197,7 @@ fn mean<'a, const K: usize, const D: usize>(
 }
 
 fn correct<const K: usize, const D: usize, const N: usize>(
-    entry: &mut GroupMoments<K, N>,
+    entry: &mut GroupSums<K, N>,
     gradient: &Gradient<K, D>,
     corners: [Vector<D>; N],
 ) {

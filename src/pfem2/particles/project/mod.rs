@@ -13,7 +13,7 @@
 //! average of each fluid by itself, of which that of all is the mean by mass.
 
 mod gradient;
-pub(in crate::pfem2) mod moments;
+pub(in crate::pfem2) mod group_sums;
 #[cfg(test)]
 mod tests;
 
@@ -21,7 +21,7 @@ use super::Particles;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use moments::{GroupMoments, MomentTable};
+use group_sums::{GroupSumTable, GroupSums};
 
 /// Nodes that see less than this of a particle, Σ N_i, keep their values, theory G.11.
 const LEAST_WEIGHT: f64 = 1e-5;
@@ -152,24 +152,24 @@ fn gather<const D: usize, const N: usize>(
     parallel::collect(mesh.nodes().len(), 64, average)
 }
 
-/// The moments of all particles, each fluid by itself, weighted with the particle volume V_e/n_e.
+/// The sums over all particles, each fluid by itself, weighted with the particle volume V_e/n_e.
 fn table<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     particles: &Particles<D>,
     volume: &(dyn Fn(usize) -> f64 + Sync),
-) -> MomentTable<D, N> {
-    MomentTable::collect(mesh.elements().len(), |e, entries| {
+) -> GroupSumTable<D, N> {
+    GroupSumTable::collect(mesh.elements().len(), |e, entries| {
         let own = particles.of(e);
         let count = own.len();
         let runs = particles.phase[own.clone()].chunk_by(|a, b| a == b);
         let mut p = own.start;
         for run in runs {
-            let mut moments = GroupMoments::new(run[0]);
+            let mut sums = GroupSums::new(run[0]);
             for _ in run {
-                moments.add(&mesh.shape_functions(e, particles.position[p]), particles.velocity[p]);
+                sums.add(&mesh.shape_functions(e, particles.position[p]), particles.velocity[p]);
                 p += 1;
             }
-            entries.put(&moments);
+            entries.put(&sums);
         }
         entries.weigh(volume(e) / count.max(1) as f64);
     })
@@ -177,7 +177,7 @@ fn table<const D: usize, const N: usize>(
 
 fn shape_average<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    table: &MomentTable<D, N>,
+    table: &GroupSumTable<D, N>,
     node: usize,
     fluids: usize,
 ) -> Average<D> {
@@ -202,11 +202,11 @@ fn shape_average<const D: usize, const N: usize>(
 /// they leave (theory (G.24a)).
 fn linear_averages<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    mut table: MomentTable<D, N>,
+    mut table: GroupSumTable<D, N>,
     fluids: usize,
     is_shared: impl Fn(usize) -> bool + Sync,
 ) -> Vec<Average<D>> {
-    let average = |mut table: MomentTable<D, N>| {
+    let average = |mut table: GroupSumTable<D, N>| {
         table.make_linear(mesh, fluids, &is_shared);
         gather(mesh, |node| shape_average(mesh, &table, node, fluids))
     };

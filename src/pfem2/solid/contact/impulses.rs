@@ -9,7 +9,7 @@
 //! q: independent velocities of the rigid solids. Convex but for c; by active sets, with c renewed in every pass.
 
 use super::force::{Contact, ContactCandidate, ContactStep, LeastDistances, RigidImpulse};
-use crate::linalg::{SparseFactor, SparseMatrix};
+use crate::linalg::{MatrixEntry, SparseFactor, SparseMatrix};
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::IndependentInertia;
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
@@ -99,7 +99,7 @@ impl<const D: usize> ContactRow<D> {
     }
 
     /// Adds minus the derivative of the force, and the force without a velocity.
-    fn add(&self, entries: &mut Vec<(u32, u32, f64)>, rhs: &mut [f64]) {
+    fn add(&self, entries: &mut Vec<MatrixEntry>, rhs: &mut [f64]) {
         if !self.pushes {
             return;
         }
@@ -109,7 +109,7 @@ impl<const D: usize> ContactRow<D> {
         for &(row, left) in &self.entries {
             rhs[row as usize] += left.dot(load);
             let left = matrix.apply(left);
-            entries.extend(self.entries.iter().map(|&(column, right)| (row, column, left.dot(right))));
+            entries.extend(self.entries.iter().map(|&(column, right)| MatrixEntry::new(row, column, left.dot(right))));
         }
     }
 

@@ -102,7 +102,7 @@ pub struct WallContacts<const D: usize> {
 impl<const D: usize> MeshWalls<D> {
     /// The walls and slip walls of a mesh.
     pub fn new<const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
-        let is_wall = |kind: &BoundaryKind| matches!(kind, BoundaryKind::Wall | BoundaryKind::Slip);
+        let is_wall = |kind: &BoundaryKind| !kind.admits_flow();
         let walls = mesh.boundary().iter().zip(&boundary.kinds).filter(|(_, kind)| is_wall(kind));
         let facets: Vec<WallFacet<D>> = walls
             .map(|(&facet, _)| {

@@ -191,7 +191,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
 
     /// Adds the walls at which the surface ends (theory (J.9c)).
     fn add_walls(&mut self, part: &PartGeometry<D, N>, fluid: &FluidPart<D, N>, velocities: &VertexVelocities<D>) {
-        for facet in part_facets(part, fluid.walls) {
+        for facet in part_facets(part, fluid.held) {
             for (vertex, share) in facet.shares(part, |vertex| velocities.positions[vertex - N]) {
                 for (k, &area) in share.area.iter().enumerate() {
                     self.add_pressure(&velocities.maps[vertex], k, area, area);

@@ -15,7 +15,7 @@ use super::immersed::Immersed;
 use super::near_nodes::NearNodes;
 use super::node_coupling::NodeCoupling;
 use crate::linalg::{
-    BlockMatrix, Border, BorderedRows, BorderedVector, NearAndBorder, PressureCompliance, SparseMatrix,
+    BlockMatrix, Border, BorderedRows, BorderedVector, MatrixEntry, NearAndBorder, PressureCompliance, SparseMatrix,
 };
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -106,7 +106,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
 
 /// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns, where some of them move: all, so that
 /// a solid that turns has the same number in every step.
-fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64, f64)> {
+fn prescribed(equations: &SolidEquations, fluid: &[MatrixEntry]) -> Vec<(f64, f64)> {
     let velocities = &equations.velocities;
     let all = || (0..velocities.unknowns()).filter(|&k| velocities.is_prescribed(k));
     if all().all(|k| velocities.prescribed(k) == 0.0) {
@@ -114,7 +114,7 @@ fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64
     }
     let mut diagonal = vec![0.0; velocities.unknowns()];
     let entries = equations.matrix.triplets().chain(fluid.iter().copied());
-    entries.filter(|(row, column, _)| row == column).for_each(|(row, _, value)| diagonal[row as usize] += value);
+    entries.filter(|entry| entry.row == entry.column).for_each(|entry| diagonal[entry.row as usize] += entry.value);
     // Nodes inside a rigid solid have no entry, and count for nothing.
     let of = |k: usize| if diagonal[k] > 0.0 { (diagonal[k], velocities.prescribed(k)) } else { (1.0, 0.0) };
     all().map(of).collect()
@@ -132,7 +132,7 @@ fn loads<const D: usize, const N: usize>(elements: &[CoupledElement<D, N>], unkn
 }
 
 /// Entries that cut elements have among the nodes of solids, summed over the elements.
-fn among_solids<const D: usize, const N: usize>(elements: &[CoupledElement<D, N>]) -> Vec<(u32, u32, f64)> {
+fn among_solids<const D: usize, const N: usize>(elements: &[CoupledElement<D, N>]) -> Vec<MatrixEntry> {
     let mut around: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
     for (place, element) in elements.iter().enumerate() {
         element.solid.iter().enumerate().for_each(|(own, &a)| around.entry(a).or_default().push((place, own)));
@@ -154,8 +154,9 @@ fn among_solids<const D: usize, const N: usize>(elements: &[CoupledElement<D, N>
             }
         }
         let unknown = |a: u32, axis: usize| a * D as u32 + axis as u32;
-        let entry =
-            |k: usize, b: u32, block: &[[f64; D]; D]| (unknown(*a, k / D), unknown(b, k % D), block[k / D][k % D]);
+        let entry = |k: usize, b: u32, block: &[[f64; D]; D]| {
+            MatrixEntry::new(unknown(*a, k / D), unknown(b, k % D), block[k / D][k % D])
+        };
         let all = columns.iter().zip(&blocks).flat_map(|(&b, block)| (0..D * D).map(move |k| entry(k, b, block)));
         all.collect::<Vec<_>>()
     });

@@ -8,7 +8,7 @@
 //! that even pressures see all of it.
 
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{Pattern, PressureCompliance};
+use crate::linalg::{MatrixEntry, Pattern, PressureCompliance};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 use std::collections::HashMap;
 
@@ -40,9 +40,9 @@ pub(super) fn compliance<const D: usize, const N: usize>(
             let Some(&other) = place.get(&column) else { continue };
             let value = product(own, &free[other]);
             left -= value;
-            entries.push((coupling.node, column, value));
+            entries.push(MatrixEntry::new(coupling.node, column, value));
         }
-        entries.push((coupling.node, coupling.node, left.max(0.0)));
+        entries.push(MatrixEntry::new(coupling.node, coupling.node, left.max(0.0)));
     }
     PressureCompliance { inverse_diagonal, entries }
 }
@@ -100,7 +100,9 @@ mod tests {
         (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
         let found = compliance(&couplings, &velocities, &[5.0, 10.0], &pattern);
         assert_eq!(found.inverse_diagonal, [0.2, 0.1]);
-        let sum = |i: u32, j: u32| -> f64 { found.entries.iter().filter(|e| (e.0, e.1) == (i, j)).map(|e| e.2).sum() };
+        let sum = |i: u32, j: u32| -> f64 {
+            found.entries.iter().filter(|e| (e.row, e.column) == (i, j)).map(|e| e.value).sum()
+        };
         let rows = [[0.4, 0.2, 0.0], [0.2, 0.4, 0.6], [0.0, 0.6, 1.2]];
         for (i, row) in rows.iter().enumerate() {
             for (j, value) in row.iter().enumerate() {

@@ -85,7 +85,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
             Stabilisation::ConsistentPspg | Stabilisation::Dynamic => fluid.tau / equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
-        for facet in part_facets(part, fluid.walls) {
+        for facet in part_facets(part, fluid.held) {
             facet.press_enriched(part, &fluid.level, |vertex, k, area| {
                 self.columns[k].add(&maps[vertex], area);
                 self.rows[k].add(&maps[vertex], area);
@@ -117,10 +117,11 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
     /// K̂ = K_ss − K_se K_ee⁻¹ K_es and f̂ = f_s − K_se K_ee⁻¹ f_e (theory (G.17)).
     fn condense(self, element: &mut CoupledElement<D, N>) {
         let inverse = inverse_of_semidefinite(self.matrix);
-        // Becker (32), (33).
         for (k, column) in self.columns.iter().enumerate() {
+            // f̂, Becker (33).
             let amount: f64 = inverse[k].iter().zip(&self.load).map(|(entry, load)| entry * load).sum();
             element.add_enriched_load(&column.nodes, &column.solid, amount);
+            // K̂, Becker (32).
             for (l, row) in self.rows.iter().enumerate().filter(|(l, _)| inverse[k][*l] != 0.0) {
                 element.add_product(column, row, inverse[k][l]);
             }

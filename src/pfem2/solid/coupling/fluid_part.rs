@@ -17,9 +17,9 @@ pub struct FluidPart<const D: usize, const N: usize> {
     pub enrichment: Enrichment,
     /// Surface tension between them [N/m].
     pub tension: f64,
-    /// Facets of the element that lie on walls, as bits.
-    pub walls: u8,
-    /// Facets of the element that lie on openings, as bits.
+    /// Facets of the element with a prescribed flux, as bits: walls, slip walls and inlets.
+    pub held: u8,
+    /// Facets of the element with a free flux, as bits.
     pub openings: u8,
     /// Those of them that are outlets or have a pressure.
     pub outlets: u8,

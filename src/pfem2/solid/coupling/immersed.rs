@@ -161,8 +161,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         constraints.mask.copy_from_slice(base);
         for inside in &self.cut.inside {
             let node = inside.node as usize;
-            let is_tied = |e: &u32| self.ties(*e as usize, &mesh.elements()[*e as usize], inside.node);
-            let dry = !mesh.elements_around(node).iter().any(is_tied);
+            let acts = |e: &u32| self.pressure_acts(*e as usize, &mesh.elements()[*e as usize], inside.node);
+            let dry = !mesh.elements_around(node).iter().any(acts);
             let new = ((1 << D) - 1) | u8::from(dry) << D;
             for k in (0..N).filter(|k| new & !base[node] & (1 << k) != 0) {
                 constraints.value[node][k] = 0.0;
@@ -209,7 +209,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
     }
 
     /// True if the pressure of a node acts in an element.
-    fn ties(&self, element: usize, nodes: &[u32; N], node: u32) -> bool {
+    fn pressure_acts(&self, element: usize, nodes: &[u32; N], node: u32) -> bool {
         match self.cut.state[element] {
             ElementState::Fluid => true,
             ElementState::Solid => false,

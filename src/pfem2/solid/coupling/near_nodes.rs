@@ -9,7 +9,7 @@
 //! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
 
 use super::node_coupling::NodeCoupling;
-use crate::linalg::{BlockMatrix, NearAndBorder, PreconditioningFactor, SparseMatrix};
+use crate::linalg::{BlockMatrix, MatrixEntry, NearAndBorder, PreconditioningFactor, SparseMatrix};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
 /// ε: share of a node's diagonal that solids have, above which the node is solved with them.
@@ -34,12 +34,13 @@ impl NearNodes {
         let nodes = near(couplings, fluid);
         let place = |node: u32| nodes.binary_search(&node).ok();
         let unknown = |place: usize, axis: usize| (border.rows() + place * D + axis) as u32;
-        let mut entries: Vec<(u32, u32, f64)> = border.triplets().collect();
+        let mut entries: Vec<MatrixEntry> = border.triplets().collect();
         for (row, &node) in nodes.iter().enumerate() {
             for entry in fluid.pattern.row(node as usize) {
                 let Some(column) = place(fluid.pattern.columns()[entry]) else { continue };
                 let block = &fluid.values[entry];
-                entries.extend((0..D * D).map(|k| (unknown(row, k / D), unknown(column, k % D), block[k / D][k % D])));
+                let entry = |r: usize, s: usize| MatrixEntry::new(unknown(row, r), unknown(column, s), block[r][s]);
+                entries.extend((0..D * D).map(|k| entry(k / D, k % D)));
             }
         }
         for (coupling, own) in couplings.iter().filter_map(|coupling| Some((coupling, place(coupling.node)?))) {
@@ -47,7 +48,8 @@ impl NearNodes {
                 for (r, s) in (0..D * D).map(|k| (k / D, k % D)) {
                     let (e, f) = (coupling.to_fluid[column][r][s], coupling.to_solid[column][s][r]);
                     for (w, share) in velocities.row(a as usize * D + s) {
-                        entries.extend([(unknown(own, r), w, e * share), (w, unknown(own, r), f * share)]);
+                        let k = unknown(own, r);
+                        entries.extend([MatrixEntry::new(k, w, e * share), MatrixEntry::new(w, k, f * share)]);
                     }
                 }
             }

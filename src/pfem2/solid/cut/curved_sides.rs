@@ -3,7 +3,7 @@
 //! ```text
 //! f, a chord (a triangle in space) between cut points on the surface, its middle at the distance d_f
 //! mean distance of f        2/3 d_f  (3/4 d_f in space)                                 of a paraboloid
-//! c goes along its edge by  −δ_c/(n_c·e),     δ_c = Σ_f A_f (mean distance)_f / Σ_f A_f,     n_c ∝ Σ_f A_f n_f,   f at c
+//! c goes along its edge by  δ_c/(n_c·e),     δ_c = −Σ_f A_f (mean distance)_f / Σ_f A_f,     n_c ∝ Σ_f A_f n_f,   f at c
 //! ```
 //!
 //! There it moves as the solid would: Σ N_a(ξ_c) x_a = x_c, so that a rigid solid that turns drives no fluid through its
@@ -95,15 +95,15 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let [outside, inside] = point.edge?.map(|node| mesh.nodes()[node as usize]);
         let length = (outside - inside).norm();
         let along = (outside - inside) / length;
-        let out = -at_point.volume / at_point.size;
-        if !out.is_finite() {
+        let delta = -at_point.volume / at_point.size;
+        if !delta.is_finite() {
             return None;
         }
         let cosine = at_point.area.normalized()?.dot(along).max(LEAST_COSINE);
         // No farther than half the way to the nearer node: beside it cut points of several edges lie together.
         let from_outside = (point.position - outside).norm();
         let most = 0.5 * from_outside.min(length - from_outside);
-        let way = (out / cosine).clamp(-most, most);
+        let way = (delta / cosine).clamp(-most, most);
         (way.abs() >= NEAREST * length).then(|| point.position + along * way)
     }
 }

@@ -27,6 +27,7 @@ mod corners_beyond_nodes;
 mod curved_sides;
 mod cut_point;
 mod edge_passages;
+mod edge_reach;
 mod film_parts;
 #[cfg(test)]
 mod film_tests;

@@ -3,22 +3,21 @@
 //! ```text
 //! m      on the edge of the solid in an element                 `edge_passages`
 //! e      where the edge passes a face between two such elements
-//! p, q   where the solid crosses an edge of the mesh with both of its nodes outside, seen from each of these
+//! p, q   where the solid crosses an edge of the mesh with both of its nodes outside, seen from each of these  `edge_reach`
 //! ```
 //!
 //! Elements with m are cones, others are divided by their nodes (`cones`); where p and q don't divide them, because
 //! the edge of the solid passes beside them, they are cones about a place amid p and q.
 
 use super::cones::{Corner, CrossedElement};
-use super::cut_point::{LEAST_GLIDING_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, crossing};
-use super::edge_passages::{EdgePoint, LEAST_SHAPE_FUNCTION, Passage, SharpEdges, moved_inside};
+use super::edge_passages::{EdgePoint, LEAST_SHAPE_FUNCTION, Passage, SharpEdges};
 use super::films::Films;
 use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
 use crate::parallel;
 use crate::pfem2::solid::setup::SurfaceCondition;
-use crate::pfem2::solid::surface::{NodeWeights, SolidSurface};
+use crate::pfem2::solid::surface::SolidSurface;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Distance of e from a crossing on a side of its face, over the longest side, below which it is that.
@@ -26,10 +25,6 @@ const AT_CROSSING: f64 = 0.01;
 
 /// Part of an element that an apex must add to the fluid or take from it where no edge or face says that it is needed.
 const LEAST_APEX_SHARE: f64 = 0.01;
-
-/// Least distance of p and q from the place between them, over the length of their edge: the solid may do no more than
-/// touch it.
-const LEAST_EDGE_DISTANCE: f64 = LEAST_SHAPE_FUNCTION;
 
 /// Elements per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -44,8 +39,8 @@ pub(super) struct NearEdge<const D: usize, const N: usize> {
 /// A surface and its conditions.
 pub(super) struct Solids<'a, const D: usize> {
     pub surface: &'a SolidSurface<D>,
-    conditions: &'a [SurfaceCondition],
-    edges: SharpEdges<D>,
+    pub conditions: &'a [SurfaceCondition],
+    pub edges: SharpEdges<D>,
 }
 
 /// A crossing of an edge of the mesh from its first node.
@@ -321,72 +316,6 @@ impl<const D: usize> Solids<'_, D> {
     fn glides(&self, x: Vector<D>) -> bool {
         let foot = self.surface.foot(x);
         foot.is_some_and(|foot| self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip))
-    }
-
-    /// The place of the surface amid these crossings of edges with both nodes outside.
-    fn amid<const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        own: &CrossedElement<N>,
-        twice: &Crossings<D>,
-    ) -> Option<EdgePoint<D>> {
-        let points: Vec<Vector<D>> = own
-            .crossings
-            .iter()
-            .filter_map(|(edge, _)| Some(twice.get(&edge.map(|k| own.nodes[k]))?.position))
-            .collect();
-        let middle = points.iter().copied().sum::<Vector<D>>() / points.len() as f64;
-        let weights = self.surface.weights(&self.surface.foot(middle)?);
-        Some(EdgePoint { position: moved_inside(mesh, own.element, middle), weights, tangent: None })
-    }
-
-    /// Points where the solid crosses an edge of the mesh with both nodes outside at a piece of its own edge, seen from
-    /// each node. The middle between is in the plane through that piece and its normal.
-    fn reach<const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        nodes: [u32; 2],
-        piece: usize,
-    ) -> Option<[([u32; 2], CutPoint<D>); 2]> {
-        let x = nodes.map(|node| mesh.nodes()[node as usize]);
-        let own = &self.edges.pieces[piece];
-        let across = Vector::<3>(own.tangent()?.to3()).cross(Vector(own.normal.to3()));
-        let off = x.map(|x| Vector::<3>((x - own.ends[0].position).to3()).dot(across));
-        let fraction = off[0] / (off[0] - off[1]);
-        if !(fraction > 0.0 && fraction < 1.0) {
-            return None;
-        }
-        let middle = x[0] + (x[1] - x[0]) * fraction;
-        let inside = self.surface.distance(middle);
-        let length = (x[1] - x[0]).norm();
-        if inside > LEAST_INNER_EDGE_SHARE * length {
-            return None;
-        }
-        let seen = |end: usize| {
-            let (start, way) = (x[end], middle - x[end]);
-            let at = |t: f64| start + way * t;
-            let part = way.norm() / length;
-            let ends = [self.surface.distance(start), inside.min(0.0)];
-            let (t, _) = crossing(|x| self.surface.foot(x), at, ends, 0.0, way.norm());
-            let t = t.min(1.0 - LEAST_EDGE_DISTANCE / part).max(LEAST_GLIDING_EDGE_SHARE / part);
-            let foot = self.surface.foot(at(t))?;
-            let glides = self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
-            let normal = self.surface.normal(&foot).filter(|_| glides);
-            let bound_directions = normal.map(|normal| Tensor::outer(normal, normal));
-            let weights: NodeWeights = self.surface.weights(&foot);
-            Some(CutPoint {
-                edge: None,
-                film_edge: None,
-                gliding_node: Some(nodes[end]),
-                position: at(t),
-                weights,
-                normal: None,
-                bound_directions,
-            })
-        };
-        let [first, second] = [seen(0)?, seen(1)?];
-        let reach = (second.position - first.position).dot(x[1] - x[0]);
-        (reach > 0.0).then_some([(nodes, first), ([nodes[1], nodes[0]], second)])
     }
 }
 

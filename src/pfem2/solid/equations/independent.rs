@@ -9,7 +9,7 @@
 //! solids rigid and tied nodes together, are orthogonal to all columns of T, and drop out. Unknown D a + i of v is
 //! the velocity of node a along axis i.
 
-use crate::linalg::SparseMatrix;
+use crate::linalg::{MatrixEntry, SparseMatrix};
 use crate::math::Vector;
 use crate::parallel;
 use std::ops::Range;
@@ -125,13 +125,14 @@ impl IndependentVelocities {
     pub fn reduced(
         &self,
         matrix: &SparseMatrix,
-        more: &[(u32, u32, f64)],
+        more: &[MatrixEntry],
         mut rhs: Vec<f64>,
-    ) -> (Vec<(u32, u32, f64)>, Vec<f64>) {
+    ) -> (Vec<MatrixEntry>, Vec<f64>) {
         let of_rows = |rows: Range<usize>| {
             let mut reduced = Vec::with_capacity(matrix.row(rows.end - 1).end - matrix.row(rows.start).start);
             let of_row = |row: usize| {
-                let entries = matrix.row(row).map(|n| (row as u32, matrix.columns[n], matrix.values[n]));
+                let entries =
+                    matrix.row(row).map(|n| MatrixEntry::new(row as u32, matrix.columns[n], matrix.values[n]));
                 entries.fold(rhs[row], |rhs, entry| rhs - self.reduce(entry, &mut reduced))
             };
             let rhs: Vec<f64> = rows.map(of_row).collect();
@@ -142,25 +143,26 @@ impl IndependentVelocities {
         rhs = sums.concat();
         let mut of_more = Vec::new();
         for &entry in more {
-            rhs[entry.0 as usize] -= self.reduce(entry, &mut of_more);
+            rhs[entry.row as usize] -= self.reduce(entry, &mut of_more);
         }
         let reduced = pieces.into_iter().chain([of_more]).collect::<Vec<_>>().concat();
         (reduced, self.gathered(&rhs))
     }
 
     /// Adds the entries of Tᵀ S T that an entry of S makes; returns its part of S v̄.
-    fn reduce(&self, (row, column, value): (u32, u32, f64), reduced: &mut Vec<(u32, u32, f64)>) -> f64 {
+    fn reduce(&self, MatrixEntry { row, column, value }: MatrixEntry, reduced: &mut Vec<MatrixEntry>) -> f64 {
         if value != 0.0 {
             for (i, left) in self.row(row as usize) {
-                reduced.extend(self.row(column as usize).map(|(j, right)| (i, j, left * value * right)));
+                reduced
+                    .extend(self.row(column as usize).map(|(j, right)| MatrixEntry::new(i, j, left * value * right)));
             }
         }
         value * self.prescribed[column as usize]
     }
 
     /// The matrix with these entries; those that are missing on the diagonal are there, too.
-    pub fn matrix(&self, mut entries: Vec<(u32, u32, f64)>) -> SparseMatrix {
-        entries.extend((0..self.count() as u32).map(|k| (k, k, 0.0)));
+    pub fn matrix(&self, mut entries: Vec<MatrixEntry>) -> SparseMatrix {
+        entries.extend((0..self.count() as u32).map(|k| MatrixEntry::new(k, k, 0.0)));
         SparseMatrix::from_triplets(self.count(), entries)
     }
 }
@@ -178,9 +180,8 @@ mod tests {
         velocities.push(&[(first, 1.0)], 0.0);
         velocities.push(&[(first, 0.5)], 0.0);
         velocities.push(&[], 2.0);
-        let spring = |i: u32, j: u32, k: f64| [(i, i, k), (j, j, k), (i, j, -k), (j, i, -k)];
-        let entries = spring(0, 1, 3.0).into_iter();
-        let matrix = SparseMatrix::from_triplets(3, entries.collect());
+        let spring = |i: u32, j: u32, k: f64| [(i, i, k), (j, j, k), (i, j, -k), (j, i, -k)].map(MatrixEntry::from);
+        let matrix = SparseMatrix::from_triplets(3, spring(0, 1, 3.0));
         let (entries, rhs) = velocities.reduced(&matrix, &spring(0, 2, 5.0), vec![7.0, 0.0, 0.0]);
         let matrix = velocities.matrix(entries);
         assert!((matrix.values[0] - 5.75).abs() < 1e-14 && (rhs[0] - 17.0).abs() < 1e-14, "{matrix:?} {rhs:?}");

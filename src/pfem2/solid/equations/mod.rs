@@ -10,7 +10,7 @@
 
 pub mod independent;
 
-use crate::linalg::SparseMatrix;
+use crate::linalg::{MatrixEntry, SparseMatrix};
 use crate::math::{Tensor, Vector};
 use independent::IndependentVelocities;
 
@@ -35,7 +35,7 @@ pub struct SolidEquations {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LinearForces {
     /// Entries of L [N s/m].
-    pub entries: Vec<(u32, u32, f64)>,
+    pub entries: Vec<MatrixEntry>,
     /// l of unknowns [N].
     pub loads: Vec<(u32, f64)>,
 }
@@ -44,7 +44,7 @@ pub struct LinearForces {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct IndependentInertia {
     /// Entries of M_r.
-    pub entries: Vec<(u32, u32, f64)>,
+    pub entries: Vec<MatrixEntry>,
     /// h.
     pub loads: Vec<(u32, f64)>,
 }
@@ -52,7 +52,7 @@ pub struct IndependentInertia {
 impl SolidEquations {
     /// The equations of the independent velocities, where the fluid adds these entries and right-hand sides to those
     /// of all nodes.
-    pub fn independent(&self, fluid: &[(u32, u32, f64)], fluid_rhs: &[f64]) -> (SparseMatrix, Vec<f64>) {
+    pub fn independent(&self, fluid: &[MatrixEntry], fluid_rhs: &[f64]) -> (SparseMatrix, Vec<f64>) {
         let mut rhs: Vec<f64> = self.rhs.iter().zip(fluid_rhs).map(|(own, fluid)| own + fluid).collect();
         self.linear.loads.iter().for_each(|&(k, load)| rhs[k as usize] += load);
         let (mut entries, mut rhs) =
@@ -88,7 +88,7 @@ impl LinearForces {
     pub fn add_block<const D: usize>(&mut self, (row, column): (u32, u32), block: &Tensor<D>) {
         let unknown = |node: u32, axis: usize| node * D as u32 + axis as u32;
         for i in 0..D {
-            self.entries.extend((0..D).map(|j| (unknown(row, i), unknown(column, j), block[i][j])));
+            self.entries.extend((0..D).map(|j| MatrixEntry::new(unknown(row, i), unknown(column, j), block[i][j])));
         }
     }
 

@@ -15,7 +15,7 @@ mod state;
 
 use super::equations::IndependentInertia;
 use super::setup::PrescribedMotion;
-use crate::linalg::SparseMatrix;
+use crate::linalg::{MatrixEntry, SparseMatrix};
 use crate::math::{Signal, Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::history::StepShares;
@@ -243,7 +243,7 @@ impl RigidBody {
             inertia.loads.push((row, -left.dot(&start)));
             for (column, right) in (prediction.first..).zip(free) {
                 let entry = left.dot(&self.momenta(prediction, right)) * (delta.recip() + damping);
-                inertia.entries.push((row, column, entry));
+                inertia.entries.push(MatrixEntry::new(row, column, entry));
             }
         }
     }

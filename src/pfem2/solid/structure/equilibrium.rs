@@ -9,7 +9,7 @@
 
 use super::Structure;
 use crate::error::{Place, StepError};
-use crate::linalg::SparseFactor;
+use crate::linalg::{MatrixEntry, SparseFactor};
 use crate::math::Vector;
 use crate::pfem2::solid::equations::{IndependentInertia, LinearForces, SolidEquations};
 
@@ -122,7 +122,7 @@ impl<const D: usize> Structure<D> {
         });
         let mut linear = LinearForces::default();
         self.springs.visit(&self.state.displacement, |k, stiffness, force| {
-            linear.entries.push((k, k, stiffness));
+            linear.entries.push(MatrixEntry::new(k, k, stiffness));
             rhs[k as usize] += force;
             scale = scale.max(force.abs());
         });

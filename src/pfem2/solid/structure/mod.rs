@@ -8,13 +8,14 @@
 //!
 //! F − f + K (uⁿ⁺¹ − u*) are the internal forces less the loads at the end of the step to first order about
 //! the prediction: K has the load stiffness of pressures that follow the surface, too. α and β are those of the
-//! damping; C is the stiffness where there is no strain, and takes energy from all motions but rigid ones (`viscous.rs`).
+//! damping; C is the stiffness where there is no strain, and takes energy from all motions but rigid ones (`damping.rs`).
 //! Supports, bonds and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered
 //! over all solids; unknown D a + i is the velocity of node a along axis i. A step that takes elastic solids far from
 //! u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
 
 pub mod bodies;
 mod constrained;
+mod damping;
 pub mod deformation;
 mod dilatation;
 pub mod element;
@@ -33,7 +34,6 @@ mod sums;
 pub mod support;
 pub mod tangent;
 pub mod ties;
-mod viscous;
 
 use crate::error::{Place, StepError};
 use crate::linalg::SparseMatrix;

@@ -1,7 +1,7 @@
 //! Natural modes of solids without a fluid: K x = ω² M x in the reference state (theory J.15).
 
 use super::Structure;
-use crate::linalg::{Mode, SparseMatrix, lowest_modes};
+use crate::linalg::{MatrixEntry, Mode, SparseMatrix, lowest_modes};
 use crate::math::{Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
@@ -65,7 +65,7 @@ impl<const D: usize> Structure<D> {
         };
         let mut springs = LinearForces::default();
         let rest = vec![Vector::ZERO; self.node_count()];
-        self.springs.visit(&rest, |k, stiffness, _| springs.entries.push((k, k, stiffness)));
+        self.springs.visit(&rest, |k, stiffness, _| springs.entries.push(MatrixEntry::new(k, k, stiffness)));
         let (stiffness, mass) =
             (reduced(stiffness, springs), reduced(self.nodal_mass_matrix(), LinearForces::default()));
         for tied in small {
@@ -137,7 +137,7 @@ impl<const D: usize> Structure<D> {
     /// M of all unknowns of the nodes.
     fn nodal_mass_matrix(&self) -> SparseMatrix {
         let mut matrix = self.zero_matrix();
-        for (row, column, mass) in self.mass.triplets() {
+        for MatrixEntry { row, column, value: mass } in self.mass.triplets() {
             self.add_block(&mut matrix, (row, column), &(Tensor::identity() * mass));
         }
         matrix

@@ -19,23 +19,15 @@ impl<const D: usize> Structure<D> {
         weights: [f64; 3],
     ) -> Result<Prediction<D>, StepError> {
         let StepShares { dt, end, start, earlier } = shares;
-        let SolidState { displacement: u, velocity: v, velocity_previous, velocity_earlier, .. } = &self.state;
-        let SolidState { acceleration: a, acceleration_previous, .. } = &self.state;
+        let SolidState { displacement: u, velocity: v, acceleration: a, .. } = &self.state;
         let hat = |x: &[Vector<D>], now: &[Vector<D>], before: &[Vector<D>]| -> Vec<Vector<D>> {
             let all = x.iter().zip(now).zip(before);
             all.map(|((x, now), before)| *x + (*now * start + *before * earlier) * dt).collect()
         };
-        let displacement_hat = hat(u, v, velocity_previous);
-        let velocity_hat = hat(v, a, acceleration_previous);
+        let displacement_hat = hat(u, v, &self.state.velocity_previous);
+        let velocity_hat = hat(v, a, &self.state.acceleration_previous);
         let surface_velocity_hat = hat(v, &self.state.surface_acceleration, &self.state.surface_acceleration_previous);
-        let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
-        let all = u.iter().zip(v).zip(earlier_steps);
-        let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
-            let extrapolated = *v * weights[0] + *previous * weights[1] + *earlier * weights[2];
-            let steady = if weights[1] == 0.0 { 1.0 } else { steadiness([*v, *previous, *earlier]) };
-            *u + (extrapolated * steady + (*v + *previous) * (0.5 * (1.0 - steady))) * dt
-        };
-        let mut displacement: Vec<Vector<D>> = all.map(predicted).collect();
+        let mut displacement = self.extrapolated(weights, dt);
         let held = self.held_velocities(t_end);
         let supported = |node: usize, axis: usize, velocity: f64| displacement_hat[node][axis] + end * dt * velocity;
         for (unknown, velocity) in held.iter().enumerate() {
@@ -59,6 +51,20 @@ impl<const D: usize> Structure<D> {
             rigid,
             velocities,
         })
+    }
+
+    /// Displacements after a step `dt` [s] with the velocity v*, of these weights; as far as velocities are unsteady, with
+    /// the mean of the last two (theory (J.3), (J.3b)) [m].
+    fn extrapolated(&self, weights: [f64; 3], dt: f64) -> Vec<Vector<D>> {
+        let SolidState { displacement: u, velocity: v, velocity_previous, velocity_earlier, .. } = &self.state;
+        let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
+        let all = u.iter().zip(v).zip(earlier_steps);
+        let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
+            let extrapolated = *v * weights[0] + *previous * weights[1] + *earlier * weights[2];
+            let steady = if weights[1] == 0.0 { 1.0 } else { steadiness([*v, *previous, *earlier]) };
+            *u + (extrapolated * steady + (*v + *previous) * (0.5 * (1.0 - steady))) * dt
+        };
+        all.map(predicted).collect()
     }
 
     /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead

@@ -5,7 +5,7 @@ use super::element;
 use super::pressure::area_vector;
 use super::stress::NodalStress;
 use crate::error::StepError;
-use crate::linalg::SparseMatrix;
+use crate::linalg::{MatrixEntry, SparseMatrix};
 use crate::math::{SymTensor, Vector};
 use crate::parallel;
 use crate::pfem2::solid::mesh::gauss::{GaussPoint, gauss_points};
@@ -123,9 +123,11 @@ pub(in crate::pfem2::solid) fn mass_matrix<const D: usize>(
     for (setup, &first) in setups.iter().zip(first) {
         if setup.mesh.elements.is_empty() {
             // Nodes without mass have their place in the matrix, too.
-            entries.extend((first..first + setup.mesh.nodes.len() as u32).map(|node| (node, node, 0.0)));
+            entries
+                .extend((first..first + setup.mesh.nodes.len() as u32).map(|node| MatrixEntry::new(node, node, 0.0)));
             let density = setup.law.density();
-            entries.extend(setup.mesh.inner.iter().map(|&(node, v)| (first + node, first + node, density * v)));
+            let inner = setup.mesh.inner.iter();
+            entries.extend(inner.map(|&(node, v)| MatrixEntry::new(first + node, first + node, density * v)));
         }
         for (index, nodes) in setup.mesh.elements.iter().enumerate() {
             let places: Vec<_> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
@@ -135,7 +137,8 @@ pub(in crate::pfem2::solid) fn mass_matrix<const D: usize>(
             let density = setup.law.density();
             for (a, &row) in nodes.iter().enumerate() {
                 let all = nodes.iter().zip(&mass[a * nodes.len()..]);
-                entries.extend(all.map(|(&column, mass)| (first + row, first + column, density * mass)));
+                entries
+                    .extend(all.map(|(&column, mass)| MatrixEntry::new(first + row, first + column, density * mass)));
             }
         }
     }

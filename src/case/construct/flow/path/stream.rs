@@ -55,7 +55,7 @@ pub(super) fn strongest<const D: usize, const N: usize>(around: &SolidSurroundin
 pub(in crate::case::construct::flow) fn of_inlets<const D: usize, const N: usize>(
     around: &SolidSurroundings<D, N>,
 ) -> f64 {
-    fastest(prescribed(around, |kind| kind == BoundaryKind::Inlet)).map_or(0.0, |v| v.norm())
+    fastest(prescribed(around, BoundaryKind::prescribes_inflow)).map_or(0.0, |v| v.norm())
 }
 
 /// The speed of the stream that solids may meet but for the fall of fluids [m/s]. Pressures at openings drive none where
@@ -115,13 +115,8 @@ fn initial<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> 
 /// The largest difference of pressures at openings, at all times of the run [Pa].
 fn pressure_difference<const D: usize, const N: usize>(around: &SolidSurroundings<D, N>) -> f64 {
     let end = around.file.time.end;
-    let at = |condition: &Condition<D>, x: Vector<D>, t: f64| match condition {
-        Condition::Pressure(pressure) => Some(pressure.value(x.to3(), t)),
-        Condition::Outlet => Some(0.0),
-        _ => None,
-    };
-    let pressures =
-        boundary_places(around).flat_map(|(condition, x)| times(end).filter_map(move |t| at(condition, x, t)));
+    let pressures = boundary_places(around)
+        .flat_map(|(condition, x)| times(end).filter_map(move |t| condition.outside_pressure(x, t)));
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let [least, most] = pressures.fold(none, |[least, most], p| [least.min(p), most.max(p)]);
     (most - least).max(0.0)

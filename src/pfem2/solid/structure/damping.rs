@@ -26,7 +26,7 @@ impl<const D: usize> Structure<D> {
         let is_damped = |solid: &usize| self.setups[*solid].damping.stiffness != 0.0;
         let of = |solid: usize, element: usize, law: SolidLaw<'_>| {
             let (_, [places, own]) = self.gather(solid, element, [&self.nodes, displacement]);
-            viscous(&self.points, law, &places, &own)
+            damping_blocks(&self.points, law, &places, &own)
         };
         self.visit_elements(self.elastic().filter(is_damped), of, |solid, nodes, blocks| {
             let damping = self.setups[solid].damping.stiffness;
@@ -41,7 +41,7 @@ impl<const D: usize> Structure<D> {
 ///
 /// # Errors
 /// As [`ElementForces::new`].
-fn viscous<const D: usize>(
+fn damping_blocks<const D: usize>(
     points: &[GaussPoint],
     law: SolidLaw<'_>,
     places: &[Vector<D>],
@@ -80,7 +80,7 @@ mod tests {
         let law = NeoHookean { elastic: Elastic::new(1.0, 1e6, 0.45) };
         let (law, points, count) = (SolidLaw { law: &law, plane }, gauss_points(D), places.len());
         let still = vec![Vector::ZERO; count];
-        let own = viscous(&points, law, &places, &still).unwrap();
+        let own = damping_blocks(&points, law, &places, &still).unwrap();
         let exact = ElementForces::new(&points, law, &places, &still).unwrap();
         assert!(
             own.iter().zip(&exact.material).all(|(a, b)| (*a - *b).0.iter().flatten().all(|x| x.abs() < 1e-9 * 1e6))
@@ -99,7 +99,7 @@ mod tests {
             turned * 0.7
         };
         let u: Vec<_> = places.iter().map(|x| deformed(*x) - *x).collect();
-        let blocks = viscous(&points, law, &places, &u).unwrap();
+        let blocks = damping_blocks(&points, law, &places, &u).unwrap();
         let power = |v: &[Vector<D>]| -> f64 {
             let force = |a: usize| (0..count).map(|b| blocks[a * count + b].apply(v[b])).sum::<Vector<D>>();
             (0..count).map(|a| v[a].dot(force(a))).sum()

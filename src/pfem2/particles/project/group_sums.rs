@@ -14,9 +14,9 @@ use std::ops::Range;
 /// Elements per parallel task.
 const BLOCK: usize = 512;
 
-/// Moments of the particles of one group in one element.
+/// Sums over the particles of one group in one element.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::pfem2) struct GroupMoments<const K: usize, const N: usize> {
+pub(in crate::pfem2) struct GroupSums<const K: usize, const N: usize> {
     /// The group, here the fluid.
     pub group: u8,
     /// Weight of one particle: its volume V_e/n_e [m³], or one.
@@ -27,7 +27,7 @@ pub(in crate::pfem2) struct GroupMoments<const K: usize, const N: usize> {
     pub values: [Vector<K>; N],
 }
 
-impl<const K: usize, const N: usize> GroupMoments<K, N> {
+impl<const K: usize, const N: usize> GroupSums<K, N> {
     /// No particles.
     #[inline(always)]
     pub fn new(group: u8) -> Self {
@@ -69,20 +69,20 @@ impl<const K: usize, const N: usize> GroupMoments<K, N> {
     }
 }
 
-/// Moments of all elements, one entry per group that an element holds.
+/// Sums in all elements, one entry per group that an element holds.
 #[derive(Debug, Clone)]
-pub(in crate::pfem2) struct MomentTable<const K: usize, const N: usize> {
-    blocks: Vec<MomentBlock<K, N>>,
+pub(in crate::pfem2) struct GroupSumTable<const K: usize, const N: usize> {
+    blocks: Vec<SumBlock<K, N>>,
 }
 
 #[derive(Debug, Clone)]
-struct MomentBlock<const K: usize, const N: usize> {
+struct SumBlock<const K: usize, const N: usize> {
     /// Entries of the block's e-th element are `entries[start[e]..start[e + 1]]`.
     start: Vec<u32>,
-    entries: Vec<GroupMoments<K, N>>,
+    entries: Vec<GroupSums<K, N>>,
 }
 
-impl<const K: usize, const N: usize> MomentTable<K, N> {
+impl<const K: usize, const N: usize> GroupSumTable<K, N> {
     /// Lets `fill` add up every element.
     pub fn collect(elements: usize, fill: impl Fn(usize, &mut Entries<K, N>) + Sync) -> Self {
         let block = |range: Range<usize>| {
@@ -91,17 +91,17 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
             for e in range {
                 entries.own = entries.all.len();
                 fill(e, &mut entries);
-                entries.all[entries.own..].iter_mut().for_each(GroupMoments::mirror);
+                entries.all[entries.own..].iter_mut().for_each(GroupSums::mirror);
                 start.push(entries.all.len() as u32);
             }
-            MomentBlock { start, entries: entries.all }
+            SumBlock { start, entries: entries.all }
         };
         Self { blocks: parallel::map_ranges(elements, BLOCK, block) }
     }
 
     /// The entries of an element.
     #[inline(always)]
-    pub fn of(&self, element: usize) -> &[GroupMoments<K, N>] {
+    pub fn of(&self, element: usize) -> &[GroupSums<K, N>] {
         let (block, e) = (&self.blocks[element / BLOCK], element % BLOCK);
         &block.entries[block.start[e] as usize..block.start[e + 1] as usize]
     }
@@ -120,7 +120,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
     }
 
     /// Changes every entry, given its element.
-    pub fn for_each(&mut self, change: impl Fn(usize, &mut GroupMoments<K, N>) + Sync) {
+    pub fn for_each(&mut self, change: impl Fn(usize, &mut GroupSums<K, N>) + Sync) {
         parallel::change(&mut self.blocks, 1, |b, block| {
             for (e, bounds) in block.start.windows(2).enumerate() {
                 for entry in &mut block.entries[bounds[0] as usize..bounds[1] as usize] {
@@ -133,16 +133,16 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
 
 /// The entries of the element that is being added up.
 pub(in crate::pfem2) struct Entries<const K: usize, const N: usize> {
-    all: Vec<GroupMoments<K, N>>,
+    all: Vec<GroupSums<K, N>>,
     own: usize,
 }
 
 impl<const K: usize, const N: usize> Entries<K, N> {
     /// Adds what was summed of one group.
-    pub fn put(&mut self, moments: &GroupMoments<K, N>) {
-        match self.all[self.own..].iter_mut().find(|entry| entry.group == moments.group) {
-            Some(entry) => entry.merge(moments),
-            None => self.all.push(*moments),
+    pub fn put(&mut self, sums: &GroupSums<K, N>) {
+        match self.all[self.own..].iter_mut().find(|entry| entry.group == sums.group) {
+            Some(entry) => entry.merge(sums),
+            None => self.all.push(*sums),
         }
     }
 
