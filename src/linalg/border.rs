@@ -75,6 +75,13 @@ pub trait Border<const B: usize> {
         PressureCompliance::default()
     }
 
+    /// Entries of E, F and S, but for those that are many and small, in the matrix of the whole system, whose unknowns of
+    /// the border come after `first` of the mesh; `None` if there is no whole matrix.
+    fn entries(&self, first: u32) -> Option<Vec<MatrixEntry>> {
+        let _ = first;
+        None
+    }
+
     /// Nodes of the mesh near the border, whose velocities are found together with it.
     fn near(&self) -> &[u32];
 

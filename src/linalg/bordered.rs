@@ -62,6 +62,10 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
         let &BorderedMatrix { a, scaling: s, border, .. } = self.system;
         let workspace = &mut self.workspace[..];
         update(workspace, |i, _| r[i] / s[i]);
+        if let Some(Preconditioner::Whole(factor)) = &mut self.preconditioner {
+            factor.solve(workspace, z);
+            return;
+        }
         let own = a.pattern.rows() * B;
         let ((r, r_border), (z, z_border)) = (workspace.split_at_mut(own), z.split_at_mut(own));
         let (r, z) = (r.as_chunks_mut::<B>().0, z.as_chunks_mut().0);

@@ -1,11 +1,13 @@
 //! Preconditioners of FGMRES, and the rule for replacing them (theory F.15).
 
+use super::border::Border;
 use super::border::PressureCompliance;
 use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
 use super::options::SolverKind;
 use super::pivoted::PivotedFactor;
 use super::schur::BlockTriangular;
+use super::sparse::{MatrixEntry, SparseFactor, SparseMatrix};
 
 /// Nodes up to which a factorisation is worth its time and memory, in 2D and 3D. In 3D it costs 1.8 times what
 /// multigrid does at 1,700 nodes and 6 times at 5,800.
@@ -34,11 +36,16 @@ pub(super) fn methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Pre
 }
 
 /// Methods for systems with a border. The stabilisation that solids need leaves little of the symmetric part
-/// (theory J.4): multigrid for the Schur complement comes first in two dimensions, too.
+/// (theory J.4): multigrid for the Schur complement comes first in two dimensions, too, and the factor of the whole
+/// system next.
 pub(super) fn bordered_methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Preconditioning> {
     let mut methods = methods::<B>(kind, nodes);
     if let Some(place) = methods.iter().position(|&method| method == Preconditioning::Iterative) {
         methods[..=place].rotate_right(1);
+    }
+    if let Some(place) = methods.iter().position(|&method| method == Preconditioning::Pivoted) {
+        let first = usize::from(methods[0] == Preconditioning::Iterative);
+        methods[first..=place].rotate_right(1);
     }
     methods
 }
@@ -52,7 +59,7 @@ pub(super) enum Preconditioning {
     Single,
     /// L D Lᵀ in double precision.
     Double,
-    /// L U with row exchanges.
+    /// L U with row exchanges, of the whole system where it has a border.
     Pivoted,
 }
 
@@ -82,6 +89,8 @@ pub(super) enum Preconditioner<const B: usize> {
     Single(Factor<f32>),
     Double(Factor<f64>),
     Pivoted(Box<PivotedFactor>),
+    /// Of the matrix on the mesh together with its border.
+    Whole(Box<SparseFactor>),
 }
 
 impl<const B: usize> Preconditioner<B> {
@@ -90,16 +99,21 @@ impl<const B: usize> Preconditioner<B> {
         method: Preconditioning,
         analysis: Option<&Analysis>,
         a: &BlockMatrix<B>,
-        border: &PressureCompliance,
+        border: Option<&dyn Border<B>>,
+        compliance: &PressureCompliance,
     ) -> Option<Self> {
         let scaling = a.scaling();
         match (method, analysis) {
             (Preconditioning::Single, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Single),
             (Preconditioning::Double, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Double),
             (Preconditioning::Pivoted, _) => {
-                PivotedFactor::new(a, &scaling).map(|factor| Self::Pivoted(Box::new(factor)))
+                let first = (a.pattern.rows() * B) as u32;
+                match border.and_then(|border| border.entries(first)) {
+                    Some(entries) => whole_factor(a, entries).map(|factor| Self::Whole(Box::new(factor))),
+                    None => PivotedFactor::new(a, &scaling).map(|factor| Self::Pivoted(Box::new(factor))),
+                }
             }
-            _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a, border)))),
+            _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a, compliance)))),
         }
     }
 
@@ -118,9 +132,25 @@ impl<const B: usize> Preconditioner<B> {
             (Self::Pivoted(factor), _) => factor.solve(r, z),
             (Self::Single(factor), Some(analysis)) => factor.solve(analysis, r, z),
             (Self::Double(factor), Some(analysis)) => factor.solve(analysis, r, z),
-            (_, None) => z.copy_from_slice(r),
+            // That of the whole system is applied to all of it (`bordered`).
+            (Self::Whole(_), _) | (_, None) => z.copy_from_slice(r),
         }
     }
+}
+
+/// The factor of a matrix with these entries of its border; `None` where it is singular or too large.
+fn whole_factor<const B: usize>(a: &BlockMatrix<B>, mut entries: Vec<MatrixEntry>) -> Option<SparseFactor> {
+    let pattern = &a.pattern;
+    let rows = entries.iter().fold(pattern.rows() * B, |most, entry| most.max(entry.row as usize + 1));
+    for node in 0..pattern.rows() {
+        for entry in pattern.row(node) {
+            let (block, other) = (&a.values[entry], pattern.columns()[entry] as usize);
+            let of =
+                |k: usize| MatrixEntry::new((node * B + k / B) as u32, (other * B + k % B) as u32, block[k / B][k % B]);
+            entries.extend((0..B * B).map(of));
+        }
+    }
+    SparseFactor::new(&SparseMatrix::from_triplets(rows, entries))
 }
 
 /// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost

@@ -165,7 +165,7 @@ impl<const B: usize> LinearSolver<B> {
             x.fill(0.0);
             return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
-        let (guess, mut history, mut failed_methods, mut is_fresh) = (x.to_vec(), Vec::new(), 0, false);
+        let (mut best, mut history, mut failed_methods, mut is_fresh) = (x.to_vec(), Vec::new(), 0, false);
         self.begin(&system);
         loop {
             is_fresh |= self.rebuild_if_needed(&system);
@@ -180,9 +180,10 @@ impl<const B: usize> LinearSolver<B> {
                 let (iterations, residual) = (history.len() - 1, norm(&residual) / reference);
                 return Ok(SolveOutcome { iterations, residual, rebuilt: is_fresh });
             }
-            if !norm(&residual).is_finite() {
-                // The next attempt begins with the guess with which this one began.
-                x.copy_from_slice(&guess);
+            // The next attempt begins with the best so far.
+            match norm(&residual) <= attempt.history[0] {
+                true => best.copy_from_slice(x),
+                false => x.copy_from_slice(&best),
             }
             if !is_fresh {
                 self.reuse.fail();
@@ -203,7 +204,8 @@ impl<const B: usize> LinearSolver<B> {
     fn rebuild_if_needed(&mut self, system: &BorderedMatrix<B>) -> bool {
         let is_needed = self.preconditioner.is_none() || self.reuse.replace;
         if is_needed {
-            self.rebuild(system.a, if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE });
+            let price = if system.border.is_some() { REFRESHED_PRICE } else { HIERARCHY_PRICE };
+            self.rebuild(system.a, system.border, price);
         }
         is_needed
     }
@@ -227,6 +229,8 @@ impl<const B: usize> LinearSolver<B> {
             coarse.count(iterations);
         }
         self.detour.rest = self.detour.rest.saturating_sub(1);
+        // The factor of a whole system isn't in checkpoints, and solids move on.
+        self.reuse.replace |= matches!(self.preconditioner, Some(Preconditioner::Whole(_)));
     }
 
     /// The state to keep in a checkpoint.
@@ -273,7 +277,7 @@ impl<const B: usize> LinearSolver<B> {
             let entries = state.compliance_places.iter().zip(&state.compliance);
             let entries = entries.map(|(&[row, column], &value)| MatrixEntry { row, column, value }).collect();
             self.compliance = PressureCompliance { entries, ..Default::default() };
-            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, HIERARCHY_PRICE);
+            self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values }, None, HIERARCHY_PRICE);
         }
         self.coarse = CoarseCorrection::restored(&state.coarse);
         self.reuse = counters.reuse();
@@ -320,7 +324,7 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// Makes the preconditioner of a matrix; `hierarchy_price` is the cost of one by multigrid, in iterations.
-    fn rebuild(&mut self, a: &BlockMatrix<B>, hierarchy_price: f64) {
+    fn rebuild(&mut self, a: &BlockMatrix<B>, border: Option<&dyn Border<B>>, hierarchy_price: f64) {
         if self.method.symmetric() && self.analysis.is_none() {
             self.analysis = Analysis::new::<B>(&self.pattern, &self.places);
             if self.analysis.is_none() {
@@ -328,7 +332,7 @@ impl<const B: usize> LinearSolver<B> {
             }
         }
         self.preconditioner = None;
-        self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a, &self.compliance);
+        self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a, border, &self.compliance);
         self.source_compliance.clone_from(&self.compliance);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,

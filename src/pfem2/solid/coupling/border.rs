@@ -201,6 +201,17 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         rows.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(row, force)| *row -= force);
     }
 
+    /// Without the dilatation of a gas, which couples all of its nodes to all of the surface.
+    fn entries(&self, first: u32) -> Option<Vec<MatrixEntry>> {
+        let own = self.matrix.triplets();
+        let own = own.map(|MatrixEntry { row, column, value }| MatrixEntry::new(first + row, first + column, value));
+        let mut entries: Vec<MatrixEntry> = own.collect();
+        for coupling in &self.couplings {
+            coupling.add_entries(&self.velocities, first, &mut entries);
+        }
+        Some(entries)
+    }
+
     fn near(&self) -> &[u32] {
         &self.near.nodes
     }

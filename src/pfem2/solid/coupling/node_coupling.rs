@@ -6,6 +6,7 @@
 //! ```
 
 use super::element::CoupledElement;
+use crate::linalg::MatrixEntry;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -109,6 +110,19 @@ impl<const D: usize, const N: usize> NodeCoupling<D, N> {
                 .for_each(|(sum, row)| *sum += row.iter().zip(&v).map(|(e, v)| e * v).sum::<f64>());
         }
         rows[self.node as usize].iter_mut().zip(sum).for_each(|(row, sum)| *row += sum);
+    }
+
+    /// Adds the entries of E T and Tᵀ F, whose independent velocities come after `first` unknowns of the mesh.
+    pub fn add_entries(&self, velocities: &IndependentVelocities, first: u32, entries: &mut Vec<MatrixEntry>) {
+        let of_node = |r: usize| self.node * N as u32 + r as u32;
+        for ((rows, columns), &a) in self.to_fluid.iter().zip(&self.to_solid).zip(&self.solid) {
+            for (s, r) in (0..N * D).map(|k| (k / N, k % N)) {
+                for (w, share) in velocities.row(a as usize * D + s) {
+                    entries.push(MatrixEntry::new(of_node(r), first + w, rows[r][s] * share));
+                    entries.push(MatrixEntry::new(first + w, of_node(r), columns[s][r] * share));
+                }
+            }
+        }
     }
 
     /// E_p y in the row of continuity of the node.
