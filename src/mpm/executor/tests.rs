@@ -216,7 +216,8 @@ fn shifts_agree<const D: usize>(kind: KernelKind) {
     let (shifts, states, work) = shifted::<D>(&Tiles, kind);
     let (expected, expected_states, expected_work) = shifted::<D>(&Plain, kind);
     assert!(shifts.iter().zip(&expected).all(|(a, b)| (*a - *b).norm() < 1e-13), "{kind:?}");
-    assert!(shifts.iter().all(|shift| *shift != Vector::ZERO), "{kind:?}");
+    let moved = shifts.iter().filter(|shift| **shift != Vector::ZERO).count();
+    assert!(2 * moved > shifts.len(), "{kind:?}: {moved} particles are shifted");
     let near = |a: &f64, b: &f64| (a - b).abs() < 1e-14;
     assert!(states.as_flattened().iter().zip(expected_states.as_flattened()).all(|(a, b)| near(a, b)), "{kind:?}");
     assert!(work > 1e-4 && (work - expected_work).abs() < 1e-12 * work, "{kind:?}: {work} {expected_work}");
