@@ -21,7 +21,7 @@
 //! | `bins` | the order of particles by blocks of the grid |
 //! | `particles` | material points in columns, the bodies by velocity field, and checks of their state |
 //! | `transfer` | scatter and gather over sorted particles |
-//! | `motion`, `stress` | what is done with gathered sums: velocities, positions, strain, stress, averages against locking, heat |
+//! | `motion`, `spacing`, `stress` | what is done with gathered sums: velocities, positions, shifts, strain, stress, averages against locking, heat |
 //! | `executor` | the visits of a schedule, computed by transfers or by plain loops |
 //! | `wall` | walls of the domain and rigid obstacles |
 //! | `membrane` | finite elements of membranes |
@@ -53,6 +53,7 @@ pub mod proximity;
 mod regions;
 mod report;
 mod setup;
+mod spacing;
 mod state;
 mod step;
 mod stress;

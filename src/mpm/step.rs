@@ -101,11 +101,12 @@ impl<const D: usize> Mpm<D> {
     /// Leads the volumes of gases and liquids to what the grid shows, and finds where the particles of liquids are to
     /// go.
     fn correct_volumes(&mut self, step: &LeapfrogStep) {
+        let parameters = self.method.parameters(step, step.dt, self.landing(step));
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
         let context = GridContext { grid, ghosts, walls, executor: &**executor };
         timed!(timer, "stress", volumes::correct(clock.steps, context, bodies, &coupling.contact));
         let contact = &mut coupling.contact;
-        let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, context, bodies, contact));
+        let works = timed!(timer, "shift", shifting::even_out(clock.steps, parameters, context, bodies, contact));
         works.into_iter().for_each(|work| energy.add_volume_corrections(work));
     }
 

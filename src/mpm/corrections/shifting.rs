@@ -27,15 +27,16 @@
 
 mod free_volume;
 
-use crate::math::{Tensor, Vector};
+use crate::math::Vector;
 use crate::mpm::contact::{Contacts, ParticleShift};
 use crate::mpm::coupling::Coupling;
-use crate::mpm::executor::{Executor, Scattering, Targets};
-use crate::mpm::grid::tile::{NodeRecord, put_scalar, put_velocity};
+use crate::mpm::executor::{
+    Executor, Gathering, Nodal, Operation, OperationParameters, Operations, Scattering, Targets,
+};
 use crate::mpm::grid::{GhostShares, Ghosts};
 use crate::mpm::kernel::Kernel;
 use crate::mpm::particles::Bodies;
-use crate::mpm::transfer::{GatherFields, ScatterContent};
+use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::wall::{BodiesAtWalls, Walls};
 use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
@@ -44,17 +45,6 @@ use free_volume::{at_walls, of_node, share_beside};
 
 /// Steps between two corrections.
 const EVERY: u64 = 10;
-
-/// α, and the most of the shift factor α ‖ε̇‖ Δt that is stable.
-const SHIFT_COEFFICIENT: f64 = 1.0;
-const LARGEST_SHIFT_FACTOR: f64 = 0.1;
-
-/// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within
-/// some thousand steps an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where
-/// it is large for a moment, gets no blow from this: 0.001 is the pressure of a flow at a thirtieth of the speed
-/// of sound.
-const SHARE: f64 = 2e-3;
-const MOST_TAKEN: f64 = 1e-3;
 
 /// Least distance from a wall or an obstacle to which a particle may be shifted [particle sizes].
 const MARGIN: f64 = 0.25;
@@ -76,10 +66,10 @@ pub(in crate::mpm) struct GridContext<'a, const D: usize> {
 }
 
 /// Finds, every few steps, where the particles of liquids are to go at the end of this step, and corrects their
-/// volumes; returns the work of that, field by field [J].
+/// volumes; returns the work of that, field by field [J]. `parameters` are those of the step.
 pub(in crate::mpm) fn even_out<const D: usize>(
     steps: u64,
-    dt: f64,
+    parameters: OperationParameters<D>,
     context: GridContext<'_, D>,
     bodies: &mut Bodies<D>,
     contact: &mut Contacts<D>,
@@ -88,12 +78,13 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     if !steps.is_multiple_of(EVERY) {
         return Vec::new();
     }
+    let parameters = OperationParameters { strain_dt: parameters.strain_dt * EVERY as f64, ..parameters };
     let mut works = Vec::new();
     for field in 0..context.grid.fields.len() {
         let liquid = bodies.field(field).iter().find(|body| is_liquid(body));
         if let Some(kernel) = liquid.map(|body| body.kernel) {
             let excess = find_excess(context, field, kernel, bodies, contact);
-            works.push(apply_excess(context, field, bodies, &excess, dt * EVERY as f64));
+            works.push(apply_excess(context, field, bodies, &excess, &parameters));
         }
     }
     works
@@ -168,65 +159,29 @@ fn free_volumes<const D: usize>(
 
 /// Sets the shifts of the liquids in a field [m], and takes from their volumes; returns the work of that [J].
 fn apply_excess<const D: usize>(
-    GridContext { grid, ghosts, .. }: GridContext<'_, D>,
+    GridContext { grid, ghosts, executor, .. }: GridContext<'_, D>,
     field: usize,
     bodies: &mut Bodies<D>,
     excess: &[[f64; 1]],
-    dt: f64,
+    parameters: &OperationParameters<D>,
 ) -> f64 {
     let mut velocity = velocities(&grid.fields[field]);
     ghosts.fill(&grid.fields[field].limits, &mut velocity);
+    // The gradient of c is that of a velocity c along x.
+    let along_x: Vec<Vector<D>> = parallel::collect(excess.len(), CHUNK, |n| Vector::unit(0) * excess[n][0]);
     let mut work = 0.0;
     for body in bodies.field_mut(field).iter_mut().filter(|body| is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
-        // The first component of a shift holds the shift factor from the first sweep to the second.
-        set_shift_factor(grid, field, body, &velocity, dt);
-        work += set_shift(grid, field, body, excess);
+        let reads = [
+            (Operation::ShiftFactor, Nodal::Velocity { velocity: &velocity, scalar: &[] }),
+            (Operation::Shift, Nodal::Velocity { velocity: &along_x, scalar: excess }),
+        ];
+        for (operation, nodal) in reads {
+            let operations = Operations::new(std::slice::from_ref(&operation), parameters, grid, body);
+            work += executor.gather(grid, field, body, Gathering { nodal, operations }).volume_work;
+        }
     }
     work
-}
-
-/// Sets the first component of each particle's shift to its shift factor in `dt` [s], which follows from its rate of
-/// strain.
-fn set_shift_factor<const D: usize>(grid: &Grid<D>, field: usize, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
-    let node = |n: usize, record: &mut NodeRecord| put_velocity(record, &velocity[n]);
-    let (sweep, _, view) = body.sweep(grid, field);
-    sweep.gather(node, view, GatherFields::Gradient, |chunk| {
-        for p in 0..chunk.particles.len() {
-            let rate = rate_of_strain(&chunk.rows.gradient(p));
-            chunk.particles.shift[p][0] = (SHIFT_COEFFICIENT * rate * dt).min(LARGEST_SHIFT_FACTOR);
-        }
-    });
-}
-
-/// Sets the shifts of a body's particles [m] by their shift factors, and takes from their volumes; returns the work of that
-/// [J].
-fn set_shift<const D: usize>(grid: &Grid<D>, field: usize, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
-    let square = grid.cell * grid.cell;
-    let node = |n: usize, record: &mut NodeRecord| {
-        put_scalar(record, excess[n][0]);
-        // The scalar as a vector along x, so that row 0 of the gradient is ∇c.
-        put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
-    };
-    let (sweep, law, view) = body.sweep(grid, field);
-    let sound = law.reference_sound_speed();
-    sweep.gather(node, view, GatherFields::Gradient, |chunk| {
-        let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
-        for p in 0..particles.len() {
-            let factor = particles.shift[p][0];
-            let pressed = if particles.pressure[p] > 0.0 { factor + SHARE } else { 0.0 };
-            let (volume, share) = (particles.volume[p], (pressed * rows.scalar[p]).clamp(0.0, MOST_TAKEN));
-            // The mean of the pressures before and after it.
-            let stiff = particles.mass[p] / volume * sound * sound;
-            let done = (particles.pressure[p] + 0.5 * stiff * share) * share * volume;
-            particles.volume[p] -= share * volume;
-            particles.energy[p] += done;
-            work += done;
-            let slope = Vector::from_fn(|b| rows.gradient[b][0][p]);
-            particles.shift[p] = slope * (-square * factor);
-        }
-        work
-    })
 }
 
 /// Moves the particles of liquids to where there is free volume, undoes overlaps with sheets, and keeps all particles
@@ -365,21 +320,4 @@ fn work_over<const D: usize>(
 fn velocities<const D: usize>(field: &VelocityField<D>) -> Vec<Vector<D>> {
     let velocity = |node: &Node<D>| if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO };
     parallel::collect(field.nodes.len(), CHUNK, |n| velocity(&field.nodes[n]))
-}
-
-/// ‖½(L + Lᵀ)‖ [1/s].
-fn rate_of_strain<const D: usize>(gradient: &Tensor<D>) -> f64 {
-    let entry = |n: usize| 0.5 * (gradient[n / D][n % D] + gradient[n % D][n / D]);
-    (0..D * D).map(|n| entry(n).powi(2)).sum::<f64>().sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rigid_rotation_is_no_strain() {
-        assert_eq!(rate_of_strain(&Tensor::<2>([[0.0, 3.0], [-3.0, 0.0]])), 0.0);
-        assert!((rate_of_strain(&Tensor::<2>([[0.0, 3.0], [3.0, 4.0]])) - 34.0_f64.sqrt()).abs() < 1e-12);
-    }
 }

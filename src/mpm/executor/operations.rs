@@ -5,6 +5,7 @@ use super::visit::{MoveBy, Operation};
 use crate::material::PointLaw;
 use crate::mpm::motion::{Landing, Transport, keep_velocity};
 use crate::mpm::particles::{Body, Summary};
+use crate::mpm::spacing::{set_shift_factors, set_shifts};
 use crate::mpm::stress::average::average_pressure;
 use crate::mpm::stress::heat::{warm, warm_by_filter};
 use crate::mpm::stress::strain::{
@@ -21,7 +22,7 @@ pub(in crate::mpm) struct OperationParameters<const D: usize> {
     pub momentum_dt: f64,
     /// PIC share of the velocities.
     pub pic_share: f64,
-    /// Increment over which the stresses are updated [s].
+    /// Increment over which the stresses are updated, or the time for which particles are shifted [s].
     pub strain_dt: f64,
     /// Weight β of averages over the nodes.
     pub blend: f64,
@@ -105,6 +106,8 @@ impl<'a, const D: usize> Operations<'a, D> {
                 Operation::AverageVolumeRatio => blend_volume_ratio(chunk, self.blend),
                 Operation::Stress if !update_stress(law, chunk, dt, self.cell) => return Summary::inverted(),
                 Operation::AveragePressure => average_pressure(chunk, self.blend),
+                Operation::ShiftFactor => set_shift_factors(chunk, dt),
+                Operation::Shift => summary.volume_work += set_shifts(chunk, self.cell, law.reference_sound_speed()),
                 Operation::Land(by) => {
                     let gathered = *by == MoveBy::Gathered || self.strain_moves;
                     let (particles, visits) = (&mut chunk.particles, chunk.visits);

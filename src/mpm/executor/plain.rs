@@ -21,10 +21,10 @@ use crate::material::PointLaw;
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::Grid;
 use crate::mpm::grid::stencil::Stencil;
-use crate::mpm::grid::tile::Extent;
 use crate::mpm::grid::{Fold, Node};
 use crate::mpm::kernel::{ShapeFunction, with_shape};
 use crate::mpm::particles::{Body, Reduce, Summary};
+use crate::mpm::spacing::{ExcessAtParticle, shift, shift_factor};
 use crate::mpm::stress::heat::filter_heat;
 use crate::mpm::stress::strain::Positions;
 use crate::mpm::transfer::{ScatterContent, View, mean_pressure};
@@ -36,8 +36,6 @@ pub(in crate::mpm) struct Plain;
 impl<const D: usize> Executor<D> for Plain {
     fn scatter(&self, grid: &Grid<D>, field: usize, body: &mut Body<D>, scattering: Scattering<'_, D>) {
         let Scattering { content, targets } = scattering;
-        // The gather that corrects the spacing goes on with tiles.
-        body.bins.extents.fill(Extent::whole::<D>());
         with_shape!(body.kernel, shape => match targets {
             Targets::Nodes(nodes) => {
                 if content != ScatterContent::Force {
@@ -264,6 +262,11 @@ fn perform<const D: usize>(
             }
             Operation::AveragePressure => {
                 particle.excess[0] = operations.blend * (sums.scalar - particle.mean_pressure(0));
+            }
+            Operation::ShiftFactor => particle.shift[0][0] = shift_factor(&sums.gradient, dt),
+            Operation::Shift => {
+                let excess = ExcessAtParticle { value: sums.scalar, slope: Vector(sums.gradient[0]) };
+                summary.volume_work += shift(particle, 0, excess, operations.cell, law.reference_sound_speed());
             }
             Operation::Land(by) => {
                 summary = Summary { heat: summary.heat, ..land(operations, *by, &sums, particle) };

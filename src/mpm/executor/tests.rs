@@ -1,14 +1,17 @@
 //! The sums of the sweeps against those of the plain loops; whole steps are compared in `tests/mpm/plain.rs`.
 
-use super::{Nodal, plain};
+use super::{
+    Executor, Gathering, Nodal, Operation, OperationParameters, Operations, Plain, Scattering, Targets, Tiles, plain,
+};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::bins::Bins;
 use crate::mpm::grid::tile::{NodeRecord, put_acceleration, put_scalar, put_velocity};
 use crate::mpm::grid::{Fold, GhostShares, Ghosts, Node, NodeMotion};
 use crate::mpm::kernel::with_shape;
+use crate::mpm::motion::Landing;
 use crate::mpm::particles::{Body, Particles};
 use crate::mpm::transfer::{Chunk, GatherFields, ScatterContent, Sweep};
-use crate::mpm::{Grid, Kernel, KernelKind};
+use crate::mpm::{Dissipation, Grid, Kernel, KernelKind};
 
 const CELL: f64 = 0.25;
 
@@ -174,6 +177,57 @@ fn scalars_agree<const D: usize>(kind: KernelKind) {
             let error = (sums[0] - expected[0]).abs().max((sums[1] - expected[1]).abs());
             assert!(error < 1e-13, "{kind:?} {content:?}");
         }
+    }
+}
+
+/// Shifts of the particles, their volumes and energies, and the work on these, after both operations of shifting.
+fn shifted<const D: usize>(executor: &dyn Executor<D>, kind: KernelKind) -> (Vec<Vector<D>>, Vec<[f64; 2]>, f64) {
+    let mut body = body::<D>(kind, false, false);
+    let grid = prepare(&mut body);
+    body.work.shift = vec![Vector::ZERO; body.particles.len()];
+    let nodes = 0..grid.node_count();
+    let targets = Targets::Nodes(&mut vec![Node::default(); grid.node_count()]);
+    executor.scatter(&grid, 0, &mut body, Scattering { content: ScatterContent::Momentum, targets });
+    let velocity: Vec<Vector<D>> = nodes.clone().map(|i| Vector::from_fn(|a| noise(i * 3 + a))).collect();
+    let scalar: Vec<[f64; 1]> = nodes.map(|i| [noise(i * 5).max(0.0)]).collect();
+    let along_x: Vec<Vector<D>> = scalar.iter().map(|c| Vector::unit(0) * c[0]).collect();
+    let parameters = OperationParameters {
+        momentum_dt: 0.0,
+        pic_share: 0.0,
+        strain_dt: 0.01,
+        blend: 0.0,
+        dissipation: Dissipation::Lost,
+        landing: Landing::new(&grid, |_, _| false, 0.0),
+    };
+    let mut work = 0.0;
+    for (operation, nodal) in [
+        (Operation::ShiftFactor, Nodal::Velocity { velocity: &velocity, scalar: &[] }),
+        (Operation::Shift, Nodal::Velocity { velocity: &along_x, scalar: &scalar }),
+    ] {
+        let operations = Operations::new(std::slice::from_ref(&operation), &parameters, &grid, &body);
+        work += executor.gather(&grid, 0, &mut body, Gathering { nodal, operations }).volume_work;
+    }
+    let particles = &body.particles;
+    let state = particles.volume.iter().zip(&particles.energy).map(|(&v, &e)| [v, e]).collect();
+    (body.work.shift, state, work)
+}
+
+fn shifts_agree<const D: usize>(kind: KernelKind) {
+    let (shifts, states, work) = shifted::<D>(&Tiles, kind);
+    let (expected, expected_states, expected_work) = shifted::<D>(&Plain, kind);
+    assert!(shifts.iter().zip(&expected).all(|(a, b)| (*a - *b).norm() < 1e-13), "{kind:?}");
+    let moved = shifts.iter().filter(|shift| **shift != Vector::ZERO).count();
+    assert!(2 * moved > shifts.len(), "{kind:?}: {moved} particles are shifted");
+    let near = |a: &f64, b: &f64| (a - b).abs() < 1e-14;
+    assert!(states.as_flattened().iter().zip(expected_states.as_flattened()).all(|(a, b)| near(a, b)), "{kind:?}");
+    assert!(work > 1e-4 && (work - expected_work).abs() < 1e-12 * work, "{kind:?}: {work} {expected_work}");
+}
+
+#[test]
+fn liquids_are_shifted_as_the_plain_loops_shift_them() {
+    for &kind in KernelKind::ALL {
+        shifts_agree::<2>(kind);
+        shifts_agree::<3>(kind);
     }
 }
 

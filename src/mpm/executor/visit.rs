@@ -73,6 +73,11 @@ pub(in crate::mpm) enum Operation {
     /// p̃ − p, the difference between the averaged pressure, which makes forces, and that of the particle
     /// (theory A.10).
     AveragePressure,
+    /// The shift factors of a liquid, from its velocity gradient (theory A.11).
+    ShiftFactor,
+    /// The shifts of a liquid by these factors, and what is taken from its volumes, from the excess of what particles
+    /// fill: a scalar, and the first component of a velocity.
+    Shift,
     /// x_p ← x_p + Δt ẋ_p, Lian (19), and the sums of the ledger.
     Land(MoveBy),
 }

@@ -44,11 +44,6 @@ impl Extent {
     /// Nothing yet.
     pub const EMPTY: Self = Self { from: [usize::MAX; 3], to: [0; 3] };
 
-    /// All of the tile.
-    pub fn whole<const D: usize>() -> Self {
-        Self { from: [0; 3], to: std::array::from_fn(|a| if a < D { TILE } else { 1 }) }
-    }
-
     /// The smallest extent that holds both.
     pub fn union(&self, other: &Self) -> Self {
         Self {

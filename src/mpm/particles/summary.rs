@@ -26,6 +26,8 @@ pub(in crate::mpm) struct Summary {
     pub internal: f64,
     /// The part of it that the transfer has dissipated on the grid in this step [J].
     pub heat: f64,
+    /// Work on volumes that the shifting of particles takes from [J].
+    pub volume_work: f64,
     /// Largest wave speed + |v| [m/s].
     pub largest_wave_speed: f64,
     /// Largest displacement along an axis [m].
@@ -51,6 +53,7 @@ impl Reduce for Summary {
             kinetic: self.kinetic + other.kinetic,
             internal: self.internal + other.internal,
             heat: self.heat + other.heat,
+            volume_work: self.volume_work + other.volume_work,
             largest_wave_speed: self.largest_wave_speed.max(other.largest_wave_speed),
             shift: self.shift.max(other.shift),
             inverted: self.inverted | other.inverted,

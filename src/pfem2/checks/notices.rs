@@ -255,7 +255,7 @@ fn at_inlets<const D: usize, const N: usize>(
     let asks = |set: &BoundarySetup<D>| set.condition.kind().prescribes_inflow() && set.brings.is_none();
     let touching = |(inlet, set): (usize, &BoundarySetup<D>)| {
         let nodes: BTreeSet<u32> = set.facets.iter().flat_map(|&facet| system.mesh.facet_nodes(facet)).collect();
-        let there = fraction.iter().enumerate().filter(|(_, share)| nodes.iter().any(|&n| share[n as usize] > 0.5));
+        let there = fraction.iter().enumerate().filter(|(_, own)| nodes.iter().any(|&n| own[n as usize] > 0.5));
         there.map(|(fluid, _)| (inlet, fluid)).collect::<Vec<_>>()
     };
     sets.filter(|(_, set)| asks(set)).flat_map(touching).collect()

@@ -218,7 +218,7 @@ impl<const D: usize> StepEnd<'_, D> {
                     let node = first + node as usize;
                     (node, self.structure.pull_on_spring(spring, node) * share)
                 };
-                (self.sum(solid, &spring.shares.iter().map(pull).collect::<Vec<_>>()), none)
+                (self.sum(solid, &spring.weights.iter().map(pull).collect::<Vec<_>>()), none)
             }
             Holder::Contact => (self.sum(solid, &self.contacts), self.sum(solid, &self.impulses)),
         }

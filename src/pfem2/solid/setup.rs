@@ -104,8 +104,8 @@ pub struct HeldNodes<const D: usize> {
 /// Springs and dashpots that pull nodes to where they start, f_a = −w_a (k u_a + c v_a) along each axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpringSupport<const D: usize> {
-    /// Nodes of the solid's mesh, with their shares w_a; the sum of all is one.
-    pub shares: Vec<(u32, f64)>,
+    /// Nodes of the solid's mesh, with their weights w_a, whose sum is one.
+    pub weights: Vec<(u32, f64)>,
     /// k of all together along each axis [N/m].
     pub stiffness: [f64; D],
     /// c of all together along each axis [N s/m].

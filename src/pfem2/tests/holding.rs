@@ -71,8 +71,8 @@ fn supports_of_an_elastic_block_close_its_momentum() {
 #[test]
 fn springs_close_the_momentum_of_solids() {
     for young in [0.0, 1e6] {
-        let shares = vec![(0, 0.25), (6, 0.75)];
-        let spring = SpringSupport { shares, stiffness: [3e4, 2e4], damping: [50.0, 20.0] };
+        let weights = vec![(0, 0.25), (6, 0.75)];
+        let spring = SpringSupport { weights, stiffness: [3e4, 2e4], damping: [50.0, 20.0] };
         let mut pfem = within(vec![SolidSetup { springs: vec![spring], ..block(young, false, [0.3, 0.1]) }], 500.0);
         let [impulse, momentum] = impulse_and_momentum(&mut pfem, &[("spring:solid[0]", -1.0)], 0.002, 40);
         assert!((impulse - momentum).norm() < 1e-6 * 60.0, "{young} {impulse:?} {momentum:?}");

@@ -172,7 +172,7 @@ fn solids_beside_each_other_in_a_gas_go_on_with_the_same_bits() {
         let mesh = |x: f64| SolidMesh::block(Vector([x, 0.2]), Vector([x + 0.2, 0.41]), [2, 2]).unwrap();
         let mut on_spring = solid(mesh(0.21), (1e6, 0.3), |_| [false; 2], |_| Vector([0.4, 0.0]));
         on_spring.springs =
-            vec![SpringSupport { shares: vec![(0, 0.5), (2, 0.5)], stiffness: [200.0; 2], damping: [1.0; 2] }];
+            vec![SpringSupport { weights: vec![(0, 0.5), (2, 0.5)], stiffness: [200.0; 2], damping: [1.0; 2] }];
         let mut held = solid(mesh(0.44), (1e6, 0.3), |x| [x[0] > 0.639; 2], |_| Vector::ZERO);
         held.inertia = inertia;
         Structure::new(vec![on_spring, held]).unwrap()

@@ -33,7 +33,7 @@ pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
     /// Volume that has left through open boundaries, of the fluid inside the level set and of both [m³].
     pub outflow: [f64; 2],
     /// Facets through which it may leave.
-    pub openings: Vec<OpenFacet<D>>,
+    pub open_facets: Vec<OpenFacet<D>>,
     /// Fluids that come in through them.
     pub inflow: InflowComposition<D>,
     /// The interfaces as surfaces, after the last step.
@@ -53,7 +53,7 @@ impl<const D: usize> InterfaceTracking<D> {
             kept_volume: None,
             kept_volumes: None,
             outflow: [0.0; 2],
-            openings: Vec::new(),
+            open_facets: Vec::new(),
             inflow: InflowComposition::default(),
             outline: Outline::default(),
         }
@@ -77,7 +77,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let volume = |e: usize| region.volume(e);
         let projected = project(mesh, particles, self.list.density(), kernel, velocity, &volume);
         self.fraction = projected.fraction;
-        level_set::continue_shares(&region, &mut self.fraction);
+        level_set::continue_fractions(&region, &mut self.fraction);
         self.level = match (&self.sharp, self.list.sides()) {
             (Some(sharp), _) => sharp.level.clone(),
             (None, Some([inside, _])) => {
@@ -112,17 +112,17 @@ impl<const D: usize> InterfaceTracking<D> {
         velocity: &[Vector<D>],
         particles: &mut Particles<D>,
     ) -> Option<InflowDepth> {
-        let openings = &self.openings[..];
-        let set = self.sharp.as_ref().filter(|_| !openings.is_empty())?;
-        Some(InflowDepth::new(mesh, set, openings, velocity, particles))
+        let open_facets = &self.open_facets[..];
+        let set = self.sharp.as_ref().filter(|_| !open_facets.is_empty())?;
+        Some(InflowDepth::new(mesh, set, open_facets, velocity, particles))
     }
 
     /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells
     /// it.
     pub fn inflow_density<const N: usize>(&self, place: usize) -> Option<f64> {
         let (level, set) = (self.inflow.level(place)?, self.sharp.as_ref()?);
-        let share = level_set::share_inside::<D, N>(&level);
+        let fraction = level_set::fraction_inside::<D, N>(&level);
         let density = |phase: u8| self.list.density()[usize::from(phase)];
-        Some(share * density(set.inside) + (1.0 - share) * density(set.outside()))
+        Some(fraction * density(set.inside) + (1.0 - fraction) * density(set.outside()))
     }
 }

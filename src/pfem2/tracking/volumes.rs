@@ -41,7 +41,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].admits_flow());
         let opening = |(place, &facet)| Some(OpenFacet { facet, inflow_level: self.inflow.level(place)? });
-        self.openings = facets.filter_map(opening).collect();
+        self.open_facets = facets.filter_map(opening).collect();
         self.kept_volume = shifts.then(|| level_set::negative_volume(&region, &set.level));
     }
 
@@ -61,16 +61,16 @@ impl<const D: usize> InterfaceTracking<D> {
         let mesh = region.mesh;
         let Some(sharp) = &mut self.sharp else { return };
         let before = sharp.level.clone();
-        sharp.update(&region, particles, &self.openings);
+        sharp.update(&region, particles, &self.open_facets);
         level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
         level_set::absorb_unresolved_films(&region, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
         let booked = start - self.outflow[0];
-        let wanted = volume_to_keep(&region, &sharp.level, booked, !self.openings.is_empty());
+        let wanted = volume_to_keep(&region, &sharp.level, booked, !self.open_facets.is_empty());
         self.outflow[0] += booked - wanted;
-        let (particles, openings) = (&*particles, &self.openings[..]);
-        let origins = Origins { before: &before, inside: sharp.inside, particles, openings };
+        let (particles, open_facets) = (&*particles, &self.open_facets[..]);
+        let origins = Origins { before: &before, inside: sharp.inside, particles, open_facets };
         // A shift may isolate nodes that weren't before; they change sides, and the volume is sought again.
         for _ in 0..SHIFTS {
             let left = reach - self.shift.abs();
@@ -107,7 +107,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let Some(set) = &self.sharp else { return };
         let mesh = &system.mesh;
         let left = flow.with_source(system, self, |source| {
-            level_set::outflow(mesh, &self.openings, &flow.velocity, source.dt, |place, time| {
+            level_set::outflow(mesh, &self.open_facets, &flow.velocity, source.dt, |place, time| {
                 let (particle, _) = source.of(mesh, place, time);
                 set.signed(particle.fluid, particle.depth)
             })
@@ -117,7 +117,7 @@ impl<const D: usize> InterfaceTracking<D> {
 
     /// Volume of each fluid that has left [m³], if any can.
     pub fn outflow_by_fluid(&self) -> Vec<(usize, f64)> {
-        let Some(set) = self.sharp.as_ref().filter(|_| !self.openings.is_empty()) else { return Vec::new() };
+        let Some(set) = self.sharp.as_ref().filter(|_| !self.open_facets.is_empty()) else { return Vec::new() };
         let ([inside, all], own) = (self.outflow, usize::from(set.inside));
         (0..2).map(|fluid| (fluid, if fluid == own { inside } else { all - inside })).collect()
     }

@@ -33,7 +33,7 @@ impl Construction<'_> {
         (held, springs)
     }
 
-    /// A spring or dashpot. Nodes of whole sides of elements have shares by their areas, others equal ones.
+    /// A spring or dashpot. Nodes of whole sides of elements have weights by their areas, others equal ones.
     fn spring<const D: usize>(
         &mut self,
         spec: &SupportSpec,
@@ -59,13 +59,13 @@ impl Construction<'_> {
             }
         }
         let total: f64 = areas.iter().sum();
-        let share = |&node: &u32| match total > 0.0 {
+        let weight = |&node: &u32| match total > 0.0 {
             true => (node, areas[node as usize] / total),
             false => (node, 1.0 / nodes.len() as f64),
         };
-        let shares = nodes.iter().map(share).filter(|(_, share)| *share > 0.0).collect();
+        let weights = nodes.iter().map(weight).filter(|(_, weight)| *weight > 0.0).collect();
         let along = |values: &Option<[f64; 3]>| std::array::from_fn(|axis| values.map_or(0.0, |values| values[axis]));
-        Some(SpringSupport { shares, stiffness: along(&spec.stiffness), damping: along(&spec.damping) })
+        Some(SpringSupport { weights, stiffness: along(&spec.stiffness), damping: along(&spec.damping) })
     }
 
     /// The prescribed motion of a rigid solid; notes keys that a solid of its law has no use for.

@@ -35,13 +35,13 @@ impl InflowDepth {
     pub fn new<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         set: &LevelSet,
-        openings: &[OpenFacet<D>],
+        open_facets: &[OpenFacet<D>],
         convecting: &[Vector<D>],
         particles: &mut Particles<D>,
     ) -> Self {
         let mut interface = InterfacePolygons::new(mesh, &set.level);
         let fronts: Vec<Facet> =
-            openings.iter().filter(|opening| is_front(mesh, set, opening, convecting)).map(|o| o.facet).collect();
+            open_facets.iter().filter(|opening| is_front(mesh, set, opening, convecting)).map(|o| o.facet).collect();
         if !fronts.is_empty() {
             let fronts = InterfacePolygons::of_facets(mesh, &fronts);
             set.limit_depths(mesh, &fronts.distances(mesh, set.band), particles);
@@ -140,15 +140,15 @@ mod tests {
         let phi = |x: Vector<2>| if x[1] < 0.61 { x[1] - 0.6 } else { stretch(x[1]) };
         let mut particles = Particles::seed(&mesh, 3, |x| Some(u8::from(phi(x) >= 0.0)), |_| Vector::ZERO);
         let set = LevelSet::new(&mesh, 0, phi, &mut particles);
-        let (openings, fall) = (top(&mesh, inflow_level), Vector([0.0, -1.0]));
-        let entering = InflowDepth::new(&mesh, &set, &openings, &vec![fall; mesh.nodes().len()], &mut particles);
+        let (open_facets, fall) = (top(&mesh, inflow_level), Vector([0.0, -1.0]));
+        let entering = InflowDepth::new(&mesh, &set, &open_facets, &vec![fall; mesh.nodes().len()], &mut particles);
         let middle = |opening: &OpenFacet<2>| {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
             let place = MeshPoint { element: facet.element as usize, shape };
             set.inflow_at(&mesh, &CameIn { place: &place, facet, way: fall * 0.05, held: inflow_level }, &entering)
         };
-        let found = openings.iter().map(middle).collect();
+        let found = open_facets.iter().map(middle).collect();
         (particles, found)
     }
 

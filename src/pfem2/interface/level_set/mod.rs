@@ -35,8 +35,8 @@ use distance::longest_edge;
 pub use inflow_depth::{CameIn, InflowDepth};
 pub use inlet::{InflowFluid, brought, on_facet};
 pub use isolated_nodes::{absorb_isolated_fluids, absorb_isolated_nodes};
-pub use outflow::{OpenFacet, outflow, share_inside};
-pub use solids::{continue_level, continue_shares};
+pub use outflow::{OpenFacet, fraction_inside, outflow};
+pub use solids::{continue_fractions, continue_level};
 pub use spurious_nodes::{Origins, revert_spurious_nodes};
 pub use unresolved_films::absorb_unresolved_films;
 pub use volume::{negative_volume, shift_to_volume};
@@ -115,20 +115,20 @@ impl LevelSet {
         set
     }
 
-    /// φ from the depths that the particles carried here and what `openings` bring, continued into solids; every tenth
+    /// φ from the depths that the particles carried here and what `open_facets` bring, continued into solids; every tenth
     /// time depths are measured anew.
     pub fn update<const D: usize, const N: usize>(
         &mut self,
         region: &FluidRegion<D, N>,
         particles: &mut Particles<D>,
-        openings: &[OpenFacet<D>],
+        open_facets: &[OpenFacet<D>],
     ) {
         let mesh = region.mesh;
         let before = std::mem::take(&mut self.level);
         self.level = self.average(mesh, particles, &before);
         let seen = |node: usize| mesh.elements_around(node).iter().any(|&e| !particles.of(e as usize).is_empty());
         continue_level(region, seen, &mut self.level, self.band);
-        let origins = Origins { before: &before, inside: self.inside, particles, openings };
+        let origins = Origins { before: &before, inside: self.inside, particles, open_facets };
         revert_spurious_nodes(region, &origins, &mut self.level);
         self.age += 1;
         if self.age >= MEASURED_EVERY {

@@ -22,7 +22,7 @@ use crate::pfem2::particles::convect::MeshPoint;
 /// Parts of a step: φ is a distance up to five elements from the interface, and a step may carry it that far.
 const PARTS: usize = 8;
 
-/// An open facet, with the level set of its inflow.
+/// A facet that admits flow, also an inlet, with the level set of what comes in.
 #[derive(Debug, Clone, Copy)]
 pub struct OpenFacet<const D: usize> {
     /// The facet.
@@ -31,32 +31,32 @@ pub struct OpenFacet<const D: usize> {
     pub inflow_level: [f64; D],
 }
 
-/// Volume that leaves through the openings in `dt` [s]: of the fluid where φ < 0, and of both [m³]; negative where it
+/// Volume that leaves through open facets in `dt` [s]: of the fluid where φ < 0, and of both [m³]; negative where it
 /// comes in.
 ///
 /// `velocity` is v* at the nodes [m/s]; `phi` gives φ at a place of the boundary and a time after the start of the
 /// step [s].
 pub fn outflow<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    openings: &[OpenFacet<D>],
+    open_facets: &[OpenFacet<D>],
     velocity: &[Vector<D>],
     dt: f64,
     phi: impl Fn(&MeshPoint<N>, f64) -> f64 + Sync,
 ) -> [f64; 2] {
     let through = |n: usize| {
-        let opening = &openings[n];
+        let opening = &open_facets[n];
         let rates = rates(mesh, opening.facet, velocity);
         let all = dt * rates.iter().sum::<f64>() / D as f64;
         let level = &opening.inflow_level;
         let comes_in = || dt * prism::<D, N>(level, level, &rates);
         [if all < 0.0 { comes_in() } else { inside(opening.facet, rates, dt, &phi) }, all]
     };
-    let each: Vec<[f64; 2]> = parallel::collect(openings.len(), 16, through);
+    let each: Vec<[f64; 2]> = parallel::collect(open_facets.len(), 16, through);
     each.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
 }
 
-/// The share of a facet that is inside, with φ at its corners [m].
-pub fn share_inside<const D: usize, const N: usize>(level: &[f64; D]) -> f64 {
+/// The fraction of a facet that is inside, with φ at its corners [m].
+pub fn fraction_inside<const D: usize, const N: usize>(level: &[f64; D]) -> f64 {
     prism::<D, N>(level, level, &[1.0; D])
 }
 
@@ -118,11 +118,11 @@ mod tests {
     fn leaves<const D: usize, const N: usize>(mesh: &Mesh<D, N>, offset: f64, dt: f64) -> [f64; 2] {
         let speed = Vector::from_fn(|axis| [1.5, -0.2, 0.3][axis]);
         let out = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 1.0);
-        let openings: Vec<OpenFacet<D>> =
+        let open_facets: Vec<OpenFacet<D>> =
             mesh.boundary().iter().filter(out).map(|&facet| OpenFacet { facet, inflow_level: [1.0; D] }).collect();
         let normal = Vector::from_fn(|axis| [0.8, 0.6, 0.0][axis]);
         let phi = |place: &MeshPoint<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
-        outflow(mesh, &openings, &vec![speed; mesh.nodes().len()], dt, phi)
+        outflow(mesh, &open_facets, &vec![speed; mesh.nodes().len()], dt, phi)
     }
 
     /// The fluid where 0.8 x + 0.6 y < `offset` moves with (1.5, −0.2): what lies beyond x = 1 after Δt with y in 0..1
@@ -152,9 +152,9 @@ mod tests {
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];
         for (inflow_level, inside) in [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)] {
-            let openings: Vec<OpenFacet<2>> =
+            let open_facets: Vec<OpenFacet<2>> =
                 mesh.boundary().iter().filter(left).map(|&facet| OpenFacet { facet, inflow_level }).collect();
-            let [found, all] = outflow(&mesh, &openings, &flow, 0.1, |_, _| 1.0);
+            let [found, all] = outflow(&mesh, &open_facets, &flow, 0.1, |_, _| 1.0);
             assert!((found - inside).abs() < 1e-15 && (all + 0.2).abs() < 1e-15);
         }
     }

@@ -1,4 +1,4 @@
-//! φ and shares of fluids at nodes inside of solids (theory (G.29)).
+//! φ and fractions of fluids at nodes inside of solids (theory (G.29)).
 //!
 //! ```text
 //! φ_i = ⟨φ_k + (x_i − x_k)·G_k⟩     node i inside, known nodes k of its elements, G_k: mean of the known ∇φ_e around k
@@ -41,8 +41,8 @@ pub fn continue_level<const D: usize, const N: usize>(
     });
 }
 
-/// Continues shares of fluids into solids, by fluid and node.
-pub fn continue_shares<const D: usize, const N: usize>(region: &FluidRegion<D, N>, fraction: &mut [Vec<f64>]) {
+/// Continues fractions of fluids into solids, by fluid and node.
+pub fn continue_fractions<const D: usize, const N: usize>(region: &FluidRegion<D, N>, fraction: &mut [Vec<f64>]) {
     let seen: Vec<bool> = (0..region.mesh.nodes().len()).map(|i| fraction.iter().any(|own| own[i] > 0.0)).collect();
     inwards(
         region,
@@ -54,7 +54,7 @@ pub fn continue_shares<const D: usize, const N: usize>(region: &FluidRegion<D, N
                     around().map(|other| own[other]).sum::<f64>() / around().count() as f64
                 };
                 let found = parallel::collect(row.len(), PIECE, of);
-                row.iter().zip(found).for_each(|(&node, share)| own[node] = share);
+                row.iter().zip(found).for_each(|(&node, fraction)| own[node] = fraction);
             }
         },
     );

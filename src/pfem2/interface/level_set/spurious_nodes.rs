@@ -24,7 +24,7 @@ pub struct Origins<'a, const D: usize> {
     /// The particles after the step.
     pub particles: &'a Particles<D>,
     /// Open facets with the level set of their inflow.
-    pub openings: &'a [OpenFacet<D>],
+    pub open_facets: &'a [OpenFacet<D>],
 }
 
 /// Reverts nodes of pieces without an origin to the side on which they were; returns their number. Nodes inside
@@ -42,7 +42,7 @@ pub fn revert_spurious_nodes<const D: usize, const N: usize>(
     if without_origin.is_empty() {
         return 0;
     }
-    for opening in origins.openings {
+    for opening in origins.open_facets {
         for (node, brought) in mesh.facet_nodes(opening.facet).into_iter().zip(opening.inflow_level) {
             if (brought < 0.0) == (level[node as usize] < 0.0) {
                 without_origin.remove(&(node as usize));
@@ -90,7 +90,7 @@ mod tests {
         let particles = Particles::seed(&mesh, 3, |x| Some(u8::from(!near(x))), |_| Vector::ZERO);
         let top =
             |facet: &&crate::mesh::Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 8.0);
-        let openings: Vec<OpenFacet<2>> = mesh
+        let open_facets: Vec<OpenFacet<2>> = mesh
             .boundary()
             .iter()
             .filter(top)
@@ -103,7 +103,7 @@ mod tests {
             .iter()
             .map(|x| if piece.iter().any(|p| (*p - *x).norm() < 0.1) { -0.5 } else { 2.0 })
             .collect();
-        let origins = Origins { before: &before, inside: 0, particles: &particles, openings: &openings };
+        let origins = Origins { before: &before, inside: 0, particles: &particles, open_facets: &open_facets };
         (revert_spurious_nodes(&FluidRegion::whole(&mesh), &origins, &mut level), level)
     }
 

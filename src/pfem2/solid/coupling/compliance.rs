@@ -57,11 +57,11 @@ fn free_couplings<const D: usize, const N: usize>(
     for (column, &a) in coupling.solid.iter().enumerate() {
         for s in 0..D {
             let mut row = velocities.row(a as usize * D + s);
-            let (Some((w, share)), None) = (row.next(), row.next()) else { continue };
+            let (Some((w, weight)), None) = (row.next(), row.next()) else { continue };
             let resistance = diagonal[w as usize];
             if resistance > 0.0 {
                 let (flux, force) = (coupling.to_fluid[column][N - 1][s], coupling.to_solid[column][s][N - 1]);
-                all.push((w, share * flux / resistance, share * force));
+                all.push((w, weight * flux / resistance, weight * force));
             }
         }
     }

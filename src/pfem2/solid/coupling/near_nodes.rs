@@ -12,8 +12,8 @@ use super::node_coupling::NodeCoupling;
 use crate::linalg::{BlockMatrix, MatrixEntry, NearAndBorder, PreconditioningFactor, SparseMatrix};
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 
-/// ε: share of a node's diagonal that solids have, above which the node is solved with them.
-const LEAST_SOLID_SHARE: f64 = 0.01;
+/// ε: fraction of a node's diagonal that solids have, above which the node is solved with them.
+const LEAST_SOLID_FRACTION: f64 = 0.01;
 
 /// The border with its near nodes.
 pub struct NearNodes {
@@ -47,9 +47,9 @@ impl NearNodes {
             for (column, &a) in coupling.solid.iter().enumerate() {
                 for (r, s) in (0..D * D).map(|k| (k / D, k % D)) {
                     let (e, f) = (coupling.to_fluid[column][r][s], coupling.to_solid[column][s][r]);
-                    for (w, share) in velocities.row(a as usize * D + s) {
+                    for (w, weight) in velocities.row(a as usize * D + s) {
                         let k = unknown(own, r);
-                        entries.extend([MatrixEntry::new(k, w, e * share), MatrixEntry::new(w, k, f * share)]);
+                        entries.extend([MatrixEntry::new(k, w, e * weight), MatrixEntry::new(w, k, f * weight)]);
                     }
                 }
             }
@@ -85,8 +85,8 @@ fn near<const D: usize, const N: usize>(couplings: &[NodeCoupling<D, N>], fluid:
     let is_near = |coupling: &&NodeCoupling<D, N>| {
         let diagonal = &fluid.values[fluid.pattern.diagonal(coupling.node as usize)];
         (0..D).any(|r| {
-            let share: f64 = coupling.to_fluid.iter().flat_map(|block| block[r]).map(f64::abs).sum();
-            share > LEAST_SOLID_SHARE * diagonal[r][r]
+            let of_solids: f64 = coupling.to_fluid.iter().flat_map(|block| block[r]).map(f64::abs).sum();
+            of_solids > LEAST_SOLID_FRACTION * diagonal[r][r]
         })
     };
     couplings.iter().filter(is_near).map(|coupling| coupling.node).collect()

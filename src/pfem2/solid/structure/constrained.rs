@@ -119,10 +119,10 @@ impl<const D: usize> Structure<D> {
     /// The row of an unknown that follows others.
     fn tied_row(&self, rows: &[Option<VelocityRow>], k: usize) -> VelocityRow {
         let (mut entries, mut prescribed) = (Vec::new(), 0.0);
-        for &(leader, share) in self.ties.leaders((k / D) as u32).unwrap_or_default() {
+        for &(leader, weight) in self.ties.leaders((k / D) as u32).unwrap_or_default() {
             if let Some((own, velocity)) = &rows[leader as usize * D + k % D] {
-                entries.extend(own.iter().map(|&(column, value)| (column, value * share)));
-                prescribed += velocity * share;
+                entries.extend(own.iter().map(|&(column, value)| (column, value * weight)));
+                prescribed += velocity * weight;
             }
         }
         (entries, prescribed)

@@ -34,15 +34,16 @@ impl<const D: usize> Springs<D> {
         let mut all = Vec::new();
         for (setup, first) in setups.iter().zip(first) {
             for spring in &setup.springs {
-                if let Some((node, _)) = spring.shares.iter().find(|(node, _)| *node as usize >= setup.mesh.nodes.len())
+                if let Some((node, _)) =
+                    spring.weights.iter().find(|(node, _)| *node as usize >= setup.mesh.nodes.len())
                 {
                     return Err(format!("the solid `{}` has no node {node} for a spring", setup.name));
                 }
-                let part = |of: [f64; D], share: f64| of.map(|value| value * share);
-                all.extend(spring.shares.iter().map(|&(node, share)| NodeSpring {
+                let part = |of: [f64; D], weight: f64| of.map(|value| value * weight);
+                all.extend(spring.weights.iter().map(|&(node, weight)| NodeSpring {
                     node: first + node,
-                    stiffness: part(spring.stiffness, share),
-                    damping: part(spring.damping, share),
+                    stiffness: part(spring.stiffness, weight),
+                    damping: part(spring.damping, weight),
                 }));
             }
         }

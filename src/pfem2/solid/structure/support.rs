@@ -33,7 +33,7 @@ struct PointLoad<const D: usize> {
     place: [f64; 3],
     traction: [Signal; D],
     /// Nodes, and N_a dA [m²].
-    shares: Vec<(u32, f64)>,
+    areas: Vec<(u32, f64)>,
 }
 
 impl<const D: usize> SolidSupports<D> {
@@ -74,8 +74,8 @@ impl<const D: usize> SolidSupports<D> {
                 self.loads.extend(points.iter().map(|point| {
                     let area = point.weight * area(&places, &point.slopes);
                     let place: Vector<D> = places.iter().zip(&point.shape).map(|(x, shape)| *x * *shape).sum();
-                    let shares = nodes.iter().zip(&point.shape).map(|(&node, shape)| (first + node, shape * area));
-                    PointLoad { place: place.to3(), traction: load.traction.clone(), shares: shares.collect() }
+                    let areas = nodes.iter().zip(&point.shape).map(|(&node, shape)| (first + node, shape * area));
+                    PointLoad { place: place.to3(), traction: load.traction.clone(), areas: areas.collect() }
                 }));
             }
         }
@@ -96,7 +96,7 @@ impl<const D: usize> SolidSupports<D> {
         for load in &self.loads {
             for (axis, traction) in load.traction.iter().enumerate() {
                 let traction = traction.value(load.place, t);
-                for &(node, area) in &load.shares {
+                for &(node, area) in &load.areas {
                     force[node as usize * D + axis] += traction * area;
                 }
             }
@@ -117,9 +117,9 @@ pub fn facet_shares<const D: usize>(mesh: &SolidMesh<D>, facet: usize) -> Vec<(u
 pub(in crate::pfem2::solid) fn shares_at<const D: usize>(positions: &[Vector<D>], nodes: &[u32]) -> Vec<(u32, f64)> {
     let places: Vec<Vector<D>> = nodes.iter().map(|&node| positions[node as usize]).collect();
     let points = gauss_points(D - 1);
-    let share =
+    let own_area =
         |a: usize| points.iter().map(|point| point.weight * area(&places, &point.slopes) * point.shape[a]).sum();
-    nodes.iter().enumerate().map(|(a, &node)| (node, share(a))).collect()
+    nodes.iter().enumerate().map(|(a, &node)| (node, own_area(a))).collect()
 }
 
 /// Area per reference area of a facet with nodes at `places`: |t_0| of a line, |t_0 × t_1| of a patch, of tangents t_k

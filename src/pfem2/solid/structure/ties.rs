@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Nodes that coincide share their velocity; others follow the functions of the facet that they lie on. Forces on
-//! a node that follows go to those that lead it with the same shares.
+//! a node that follows go to those that lead it with the same weights.
 
 use crate::math::Vector;
 use crate::pfem2::solid::mesh::SolidMesh;
@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-9;
 /// Nodes that follow others.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ties {
-    /// Leaders of each node that follows others, with their shares. None of these follows another.
+    /// Leaders of each node that follows others, with their weights. None of these follows another.
     leaders: BTreeMap<u32, Vec<(u32, f64)>>,
     /// Pairs of solids that are bonded, each with the smaller number first.
     pairs: BTreeSet<[usize; 2]>,
@@ -100,17 +100,17 @@ impl Ties {
         let all: Vec<u32> = self.leaders.keys().copied().collect();
         for node in all {
             let mut own: BTreeMap<u32, f64> = BTreeMap::new();
-            let next = |node: u32, share: f64, row: usize| {
+            let next = |node: u32, weight: f64, row: usize| {
                 let leaders = self.leaders.get(&node).into_iter().flatten();
-                leaders.map(move |&(leader, part)| (leader, part * share, row))
+                leaders.map(move |&(leader, part)| (leader, part * weight, row))
             };
             let mut open: Vec<(u32, f64, usize)> = next(node, 1.0, 0).collect();
             let mut circular = false;
-            while let Some((leader, share, row)) = open.pop() {
+            while let Some((leader, weight, row)) = open.pop() {
                 circular |= leader == node || row > ROW;
                 match self.leaders.contains_key(&leader) && !circular {
-                    true => open.extend(next(leader, share, row + 1)),
-                    false => *own.entry(leader).or_default() += share,
+                    true => open.extend(next(leader, weight, row + 1)),
+                    false => *own.entry(leader).or_default() += weight,
                 }
             }
             match circular {
@@ -120,7 +120,7 @@ impl Ties {
         }
     }
 
-    /// The nodes that a node follows, with their shares.
+    /// The nodes that a node follows, with their weights.
     pub fn leaders(&self, node: u32) -> Option<&[(u32, f64)]> {
         self.leaders.get(&node).map(Vec::as_slice)
     }
@@ -128,7 +128,7 @@ impl Ties {
     /// Sets the values of nodes that follow others, interpolated from those of their leaders: v_a = Σ_b N_b v_b.
     pub fn follow<const D: usize>(&self, nodal: &mut [Vector<D>]) {
         for (&node, leaders) in &self.leaders {
-            nodal[node as usize] = leaders.iter().map(|&(leader, share)| nodal[leader as usize] * share).sum();
+            nodal[node as usize] = leaders.iter().map(|&(leader, weight)| nodal[leader as usize] * weight).sum();
         }
     }
 

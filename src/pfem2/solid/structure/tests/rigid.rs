@@ -156,9 +156,9 @@ fn a_block_on_springs_has_their_period_and_damping() {
             false => solid(mesh, [1000.0, 1e9, 0.3], |_| false),
         };
         setup.velocity.fill(Vector([1.0, 0.0]));
-        let shares = [0u32, 10].map(|node| (node, 0.5)).to_vec();
+        let weights = [0u32, 10].map(|node| (node, 0.5)).to_vec();
         let resistance = 2.0 * damping * stiffness / omega;
-        setup.springs = vec![SpringSupport { shares, stiffness: [stiffness, 0.0], damping: [resistance, 0.0] }];
+        setup.springs = vec![SpringSupport { weights, stiffness: [stiffness, 0.0], damping: [resistance, 0.0] }];
         let dt = 2.0 * PI / omega / 100.0;
         let mut run = SolidsAlone::new(setup, dt, 0.6);
         let way: Vec<f64> = (0..420)
