@@ -151,7 +151,11 @@ fn ways_to_surface<const D: usize>(
         let nearest = |x| surface.foot_on_body(own.body, x);
         let at = |t: f64| other.position + (own.position - other.position) * t;
         let ends = [nearest(at(0.0))?.distance, nearest(at(1.0))?.distance];
-        (ends[0] > 0.0).then(|| (1.0 - crossing(nearest, at, [ends[0], ends[1].min(0.0)], 0.0, length).0) * length)
+        // A node on the surface, along which the edge may run, is as far inside as others that count as inside.
+        let margin = LEAST_EDGE_SHARE * length;
+        let level = if ends[1] < -margin { 0.0 } else { margin };
+        let crossed = |level| (1.0 - crossing(nearest, at, [ends[0], ends[1].min(0.0)], level, length).0) * length;
+        (ends[0] > level).then(|| crossed(level))
     };
     Some([way(first, second)?, way(second, first)?])
 }

@@ -173,7 +173,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         cut.keep_volume(mesh, surface);
         cut.glide_along_edges();
         cut.glide_along_chords(mesh);
-        cut.mark_two_sided(mesh);
+        cut.mark_two_sided(mesh, surface);
         let points = &cut.points;
         parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
