@@ -23,8 +23,8 @@ use std::collections::BTreeSet;
 /// Cosine of the angle between an edge and a normal below which the edge runs along the surface.
 const LEAST_COSINE: f64 = 0.05;
 
-/// Solids that lie deeper in each other than this part of an edge have no film there.
-const LARGEST_OVERLAP: f64 = 0.05;
+/// Solids that lie deeper in each other than this part of an edge have no film there: they have passed each other.
+const LARGEST_OVERLAP: f64 = 0.5;
 
 /// An edge of the mesh between two nodes inside, the lower first, and the cut points where a film crosses it, the one
 /// beside the lower node first.
@@ -154,8 +154,8 @@ fn ways_to_surface<const D: usize>(
         // A node on the surface, along which the edge may run, is as far inside as others that count as inside.
         let margin = LEAST_EDGE_SHARE * length;
         let level = if ends[1] < -margin { 0.0 } else { margin };
-        let crossed = |level| (1.0 - crossing(nearest, at, [ends[0], ends[1].min(0.0)], level, length).0) * length;
-        (ends[0] > level).then(|| crossed(level))
+        let crossed = || (1.0 - crossing(nearest, at, [ends[0], ends[1].min(0.0)], level, length).0) * length;
+        Some(if ends[0] > level { crossed() } else { length })
     };
     Some([way(first, second)?, way(second, first)?])
 }
@@ -175,8 +175,10 @@ fn film_between<const D: usize>(
     let least = LEAST_THICKNESS * length;
     let open = (gap > least).then(|| open_film(surface, edge, sides, middle)).flatten();
     let open = open.filter(|points| (points[1].position - points[0].position).norm() > least);
-    let touch = sides[0].body != sides[1].body && gap < 2.0 * least;
-    open.or_else(|| touch.then(|| touching(surface, edge, sides, middle, gap)).flatten())
+    // All edges between two solids have films: with some of them alone an element couldn't be divided, and where one
+    // isn't, the film around has no way out.
+    let touch = sides[0].body != sides[1].body;
+    open.or_else(|| touch.then(|| touching(surface, edge, sides, middle)).flatten())
 }
 
 /// The cut points of an edge on both sides of a place in a film.
@@ -195,19 +197,15 @@ fn open_film<const D: usize>(
     Some([point(0)?, point(1)?])
 }
 
-/// The cut points of an edge between solids that touch: half of the least thickness off the place where they do.
+/// The cut points of an edge between solids that touch, or with a third one between them: half of the least thickness
+/// off a place.
 fn touching<const D: usize>(
     surface: &SolidSurface<D>,
     edge: [u32; 2],
     sides: [&FilmSide<D>; 2],
     middle: Vector<D>,
-    gap: f64,
 ) -> Option<[CutPoint<D>; 2]> {
     let way = sides[1].position - sides[0].position;
-    let length = way.norm();
-    if gap < -LARGEST_OVERLAP * length || surface.distance(middle) < gap.min(0.0) - LEAST_THICKNESS * length {
-        return None;
-    }
     let place = (middle - sides[0].position).dot(way) / way.norm_squared();
     let half = 0.5 * LEAST_THICKNESS;
     let place = place.clamp(LEAST_EDGE_SHARE + half, 1.0 - LEAST_EDGE_SHARE - half);
