@@ -81,10 +81,7 @@ impl<const D: usize, const N: usize> FilmElement<'_, D, N> {
         };
         let kept: Vec<u8> = (edges.len() as u8..self.own.len() as u8).collect();
         let parts = if D == 2 {
-            // Corners of solids that touch may lie in each other: there they are cut off.
-            let with_all = with_corners(self, outline(&[0, 1, 2]), &kept).and_then(triangulated);
-            let cut_off = || triangulated(with_corners(self, outline(&[0, 1, 2]), &[])?);
-            with_all.or_else(cut_off)?
+            triangulated(with_corners(self, outline(&[0, 1, 2]), &kept)?)?
         } else if kept.is_empty() {
             // Nodes of the side opposite to each, counter-clockwise seen from outside.
             let sides = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]].map(|side| outline(&side)).to_vec();

@@ -88,6 +88,22 @@ fn a_film_has_the_volume_between_the_sides() {
     assert!((volume - 2.0 * (0.52 + 0.45)).abs() < 1e-6, "{volume}");
 }
 
+/// The film between boxes whose ends lie on a line of the mesh goes on to that line, where it opens, also if the middle of
+/// an edge there lies in one of them; and no node of such thick boxes has a pressure of each side. (The last elements
+/// before the line held nothing: the film had no way out, and what it closed off had no volume to change.)
+#[test]
+fn a_film_opens_where_solids_end_on_a_line_of_the_mesh() {
+    for off in [-1e-6, 0.0, 1e-6] {
+        let lower = SolidMesh::block(Vector([-0.4, -0.6]), Vector([0.4, -0.05 + off]), [4, 4]).unwrap();
+        let upper = SolidMesh::block(Vector([-0.4, 0.0]), Vector([0.4, 0.5]), [4, 4]).unwrap();
+        let (mesh, cut) = cut_by_pair::<2, 3>(20, [&lower, &upper]);
+        let outside: f64 = (0..mesh.elements().len()).map(|e| cut.volume_outside(&mesh, e)).sum();
+        let exact = 4.0 - 0.8 * (1.05 + off);
+        assert!((outside - exact).abs() < 1e-4, "{off:e}: {outside} {exact}");
+        assert!(cut.elements.iter().all(|element| element.nodes_of_two_sides().next().is_none()), "{off:e}");
+    }
+}
+
 /// The force of an even pressure of 1 Pa on a solid [N], and the number of elements with a film between two of its
 /// sides.
 fn force_on_one<const D: usize, const N: usize>(cells: usize, solid: &SolidMesh<D>) -> (f64, usize) {
