@@ -28,6 +28,15 @@ pub struct PressureCompliance {
     pub entries: Vec<MatrixEntry>,
 }
 
+/// What a border tells of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BorderForm {
+    /// Products alone.
+    Products,
+    /// Its entries, too, [`Border::entries`].
+    Entries,
+}
+
 /// Values of all unknowns of a system with a border.
 #[derive(Debug, Clone, Copy)]
 pub struct BorderedVector<'a, const B: usize> {

@@ -33,7 +33,7 @@ mod sparse;
 mod symmetric_factor;
 mod vectors;
 
-pub use border::{Border, BorderedRows, BorderedVector, NearAndBorder, PressureCompliance};
+pub use border::{Border, BorderForm, BorderedRows, BorderedVector, NearAndBorder, PressureCompliance};
 pub use matrix::BlockMatrix;
 pub use modes::{Mode, lowest_modes};
 pub use options::{SolverKind, SolverOptions};

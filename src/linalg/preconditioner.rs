@@ -1,7 +1,6 @@
 //! Preconditioners of FGMRES, and the rule for replacing them (theory F.15).
 
-use super::border::Border;
-use super::border::PressureCompliance;
+use super::border::{Border, BorderForm, PressureCompliance};
 use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
 use super::options::SolverKind;
@@ -37,13 +36,18 @@ pub(super) fn methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Pre
 
 /// Methods for systems with a border. The stabilisation that solids need leaves little of the symmetric part
 /// (theory J.4): multigrid for the Schur complement comes first in two dimensions, too, and the factor of the whole
-/// system next.
-pub(super) fn bordered_methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Preconditioning> {
+/// system next, where its entries are known.
+pub(super) fn bordered_methods<const B: usize>(
+    kind: SolverKind,
+    nodes: usize,
+    form: BorderForm,
+) -> Vec<Preconditioning> {
     let mut methods = methods::<B>(kind, nodes);
     if let Some(place) = methods.iter().position(|&method| method == Preconditioning::Iterative) {
         methods[..=place].rotate_right(1);
     }
-    if let Some(place) = methods.iter().position(|&method| method == Preconditioning::Pivoted) {
+    let pivoted = methods.iter().position(|&method| method == Preconditioning::Pivoted);
+    if let Some(place) = pivoted.filter(|_| form == BorderForm::Entries) {
         let first = usize::from(methods[0] == Preconditioning::Iterative);
         methods[first..=place].rotate_right(1);
     }

@@ -1,6 +1,6 @@
 //! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed (theory F.15).
 
-use super::border::{Border, PressureCompliance};
+use super::border::{Border, BorderForm, PressureCompliance};
 use super::bordered::{BorderedMatrix, Preconditioned};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
@@ -113,8 +113,8 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// The systems to come have a border: chooses the methods anew.
-    pub fn expect_border(&mut self) {
-        self.methods = bordered_methods::<B>(self.options.kind, self.pattern.rows());
+    pub fn expect_border(&mut self, form: BorderForm) {
+        self.methods = bordered_methods::<B>(self.options.kind, self.pattern.rows(), form);
         self.method = self.methods[0];
     }
 

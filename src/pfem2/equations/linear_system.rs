@@ -3,7 +3,7 @@
 use super::assemble::Assembly;
 use super::convergence::not_converged;
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, SolveOutcome, SolverOptions, SolverState};
+use crate::linalg::{BlockMatrix, BorderForm, LinearSolver, NotConverged, SolveOutcome, SolverOptions, SolverState};
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::solid::coupling::border::SolidBorder;
@@ -94,7 +94,7 @@ impl<const N: usize> LinearSystem<N> {
 
     /// Prepares the solver for solids at the border.
     pub(super) fn expect_border(&mut self) {
-        self.solver.expect_border();
+        self.solver.expect_border(BorderForm::Entries);
     }
 
     /// The state of the linear solver, kept from one step to the next.
@@ -113,7 +113,7 @@ impl<const N: usize> LinearSystem<N> {
         if self.solver.restore(state).is_err() {
             self.solver = solver(mesh, &self.assembly, self.options);
             if has_border {
-                self.solver.expect_border();
+                self.solver.expect_border(BorderForm::Entries);
             }
         }
     }
