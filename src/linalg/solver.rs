@@ -308,6 +308,10 @@ impl<const B: usize> LinearSolver<B> {
     /// Makes the coarse correction ready for the border of a system.
     fn take_up(&mut self, system: &BorderedMatrix<B>) {
         let Some(border) = system.border else { return };
+        if matches!(self.preconditioner, Some(Preconditioner::Whole(_))) {
+            // It has the whole Schur complement.
+            return;
+        }
         let own = system.a.pattern.rows() * B;
         let unknowns = system.b.len() - own;
         let is_kept = |coarse: &mut CoarseCorrection<B>| coarse.serves(unknowns) && coarse.take_up(border);
