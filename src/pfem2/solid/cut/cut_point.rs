@@ -57,6 +57,12 @@ pub struct VelocityShares<const D: usize> {
 }
 
 impl<const D: usize> CutPoint<D> {
+    /// The point at which a film meets a solid on an edge of the mesh whose node beside it comes first.
+    pub(super) fn in_film(film_edge: [u32; 2], position: Vector<D>, weights: NodeWeights) -> Self {
+        let (edge, gliding_node, normal, bound_directions) = (None, None, None, None);
+        Self { edge, film_edge: Some(film_edge), gliding_node, position, weights, normal, bound_directions }
+    }
+
     /// The shares in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s, and
     /// the gliding node in the others, P_o = 1 − P_s (theory (J.6a)–(J.6c)).
     pub fn shares(&self) -> VelocityShares<D> {

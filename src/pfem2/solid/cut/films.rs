@@ -212,15 +212,7 @@ fn touching<const D: usize>(
     let point = |k: usize, t: f64| {
         let position = sides[0].position + way * t;
         let foot = surface.foot_on_body(sides[k].body, position)?;
-        Some(CutPoint {
-            edge: None,
-            film_edge: Some([edge[k], edge[1 - k]]),
-            gliding_node: None,
-            position,
-            weights: surface.weights(&foot),
-            normal: None,
-            bound_directions: None,
-        })
+        Some(CutPoint::in_film([edge[k], edge[1 - k]], position, surface.weights(&foot)))
     };
     Some([point(0, place - half)?, point(1, place + half)?])
 }
@@ -243,13 +235,5 @@ fn film_point<const D: usize>(
     let (t, foot) = crossing(nearest, at, ends, level, to.norm());
     let kept = t.clamp(LEAST_EDGE_SHARE, 1.0 - LEAST_INNER_EDGE_SHARE);
     let foot = foot.filter(|_| kept == t).or_else(|| nearest(at(kept)))?;
-    Some(CutPoint {
-        edge: None,
-        film_edge: Some(film_edge),
-        gliding_node: None,
-        position: at(kept),
-        weights: surface.weights(&foot),
-        normal: None,
-        bound_directions: None,
-    })
+    Some(CutPoint::in_film(film_edge, at(kept), surface.weights(&foot)))
 }
