@@ -214,11 +214,11 @@ impl Notices {
         }
     }
 
-    /// Contacts of elastic solids pulled, or lacked, when the step was solved for the last time.
+    /// Contacts pulled, or lacked, when the step was solved for the last time.
     pub fn contacts(&mut self, are_wrong: bool) {
         if are_wrong {
             self.said.say("contacts", || {
-                "a contact of an elastic solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a \
+                "a contact of a solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a \
                  step than can be found; take shorter steps (`time.step`)"
                     .to_owned()
             });

@@ -235,6 +235,26 @@ fn water_rests_around_a_rigid_block_that_lies_on_the_floor() {
     }
 }
 
+/// A rigid block that lies on the floor leaves it in the step in which gravity turns: the floor never pulls. Its force
+/// was found from those of the step before, and held the block for a step more.
+#[test]
+fn the_floor_does_not_hold_a_rigid_block_that_leaves_it() {
+    let own = block([[0.31, GAP], [0.69, GAP + 0.22]], [4, 2], 0.0, 0.3, [0.0; 2]);
+    let turning = Physics { gravity: [Signal::ZERO, formula("-9.81 + 39.24*step(t - 0.0595)")], ..gas([0.0; 2]) };
+    let mut pfem = in_fluid(Structure::new(vec![own]).unwrap(), turning);
+    for k in 0..30 {
+        pfem.step(f64::from(k) * 0.002, 0.002).unwrap();
+        let forces = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
+        let pull = forces.iter().fold(0.0, |least: f64, force| least.min(force[1]));
+        assert!(pull > -0.1, "step {k}: {pull} of {} N", 9.81 * 1000.0 * 0.38 * 0.22);
+    }
+    // The part θ of 3 g, and that of the free fall before, without the impulse of the floor.
+    let Scheme::SecondOrder { theta } = Scheme::default() else { return };
+    let expected = (3.0 * theta - (1.0 - theta)) * 9.81 * 0.002;
+    let speed = velocity(&pfem, 0)[1];
+    assert!((speed / expected - 1.0).abs() < 0.02, "{speed}, expected {expected}");
+}
+
 /// A rigid disc of radius 0.15 m on an incline rolls with (2/3) g sin θ where tan θ < 3 μ, and else slides with g (sin
 /// θ − μ cos θ) and turns up with 2 μ g cos θ/R.
 #[test]

@@ -19,7 +19,8 @@
 //! ```
 //!
 //! It comes as near as the gap and rests. A solid that has come nearer is lifted slowly; by r, others of its points may
-//! come as near as the nearest, so that it rolls. Which contacts push, and c, is found beforehand (see `impulses`).
+//! come as near as the nearest, so that it rolls. Which contacts push, and c, is found beforehand (see `impulses`), and
+//! then with the forces of the step (see `unilateral`).
 
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::LinearForces;
@@ -186,7 +187,8 @@ pub struct Contact<const D: usize> {
     pub is_active: bool,
     shares: Vec<(u32, f64)>,
     normal: Vector<D>,
-    /// A k times the scale of the gap, of elastic solids: the force that would close it [N].
+    /// The force that takes it deeper by the scale of its gap: A k times that, or of an impulse its resistance times
+    /// that over Δt [N].
     closing: f64,
     /// Normal force without a velocity [N].
     push: f64,
@@ -278,7 +280,7 @@ impl<const D: usize> Contact<D> {
             point,
             is_active: true,
             normal,
-            closing: 0.0,
+            closing: resistance * scale / step.dt,
             push: resistance * target_velocity,
             resistance,
             friction: 0.0,
@@ -293,13 +295,12 @@ impl<const D: usize> Contact<D> {
         self.is_active && self.point == candidate.point && self.normal.dot(candidate.normal) > SAME_CONTACT_COSINE
     }
 
-    /// Normal force on the point of an elastic solid at the velocities of nodes at the end of the step [m/s]; negative
-    /// where it pulls [N].
-    pub(in crate::pfem2::solid) fn elastic_push(&self, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
-        if self.impulse.is_some() { 0.0 } else { self.force(velocity).dot(self.normal) }
+    /// Normal force on the point at the velocities of nodes at the end of the step [m/s]; negative where it pulls [N].
+    pub(in crate::pfem2::solid) fn push(&self, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
+        self.force(velocity).dot(self.normal)
     }
 
-    /// Depth of an elastic solid in the gap with this normal force [N], over its scale.
+    /// Depth in the gap with this normal force [N], over its scale; of an impulse beyond what it lets come nearer.
     pub(in crate::pfem2::solid) fn depth(&self, force: f64) -> f64 {
         if self.closing > 0.0 { force / self.closing } else { 0.0 }
     }
@@ -329,10 +330,10 @@ impl<const D: usize> Contact<D> {
         self.resistance
     }
 
-    /// The contact with another coefficient of friction c [N s/m].
+    /// The contact as it is found to act, with this coefficient of friction c [N s/m].
     #[must_use]
-    pub(in crate::pfem2::solid) fn with_friction(self, friction: f64) -> Self {
-        Self { friction, ..self }
+    pub(in crate::pfem2::solid) fn found(self, is_active: bool, friction: f64) -> Self {
+        Self { is_active, friction, ..self }
     }
 
     /// Minus the derivative of the force by the velocity [N s/m].

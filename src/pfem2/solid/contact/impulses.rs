@@ -131,7 +131,7 @@ impl<const D: usize> ContactRow<D> {
     }
 }
 
-/// The contacts that push among these, with walls and among solids, with their friction; those of elastic solids stay.
+/// These contacts, with walls and among solids, of which those of rigid solids act that push, with their friction.
 pub(super) fn pushing<const D: usize>(
     contacts: [Vec<Contact<D>>; 2],
     equations: &RigidEquations<'_>,
@@ -145,11 +145,11 @@ pub(super) fn pushing<const D: usize>(
     let mut rows = rows.into_iter();
     contacts.map(|contacts| {
         let both = contacts.into_iter().zip(rows.next().unwrap_or_default());
-        let kept = both.filter_map(|(contact, row)| match row {
-            Some(row) => row.pushes.then(|| contact.with_friction(row.friction)),
-            None => Some(contact),
+        let found = both.map(|(contact, row)| match row {
+            Some(row) => contact.found(row.pushes, row.friction),
+            None => contact,
         });
-        kept.collect()
+        found.collect()
     })
 }
 

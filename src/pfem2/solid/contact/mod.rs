@@ -5,8 +5,8 @@
 //! | `places` | places of the nodes in a step, and the areas of those on a surface |
 //! | `walls`, `between_solids` | where a solid meets a wall, another solid, or itself |
 //! | `force` | the force of one contact |
-//! | `unilateral` | which contacts of elastic solids push |
-//! | `impulses` | which contacts of rigid solids push, and with what friction |
+//! | `unilateral` | which contacts push, found from solutions of the step |
+//! | `impulses` | which contacts of rigid solids push with the forces of the last step, and their friction |
 //! | `arrivals` | impacts that the next step begins, and the step that resolves them |
 //! | `step` | the contacts of a step in its equations; impacts that it doesn't resolve |
 

@@ -46,7 +46,7 @@ pub(in crate::pfem2) struct StepContacts<const D: usize> {
     pub solids: SolidContacts<D>,
     /// Contacts of the step.
     contacts: ContactLists<D>,
-    /// Search for those of elastic solids that push.
+    /// Search for those that push.
     search: PushSearch,
     /// Numbers of linear forces in the equations of the step besides contacts.
     without_contacts: [usize; 2],
@@ -98,9 +98,9 @@ impl<const D: usize> ContactLists<D> {
         self.iter().filter(|contact| contact.is_active)
     }
 
-    /// Contacts of elastic solids.
-    fn elastic(&mut self) -> Vec<&mut Contact<D>> {
-        self.iter_mut().filter(|contact| contact.impulse().is_none()).collect()
+    /// All of them.
+    fn all(&mut self) -> Vec<&mut Contact<D>> {
+        self.iter_mut().collect()
     }
 }
 
@@ -208,22 +208,22 @@ impl<const D: usize> StepContacts<D> {
         near.map_or(shortest, |near| self.resolving.longest(structure, &near, ahead, peak))
     }
 
-    /// True if a place of a solid is near something in the step.
+    /// True if a contact acts in the step, or a place of an elastic solid is near something.
     pub fn any(&self) -> bool {
-        self.contacts.iter().next().is_some()
+        self.contacts.iter().any(|contact| contact.is_active || contact.impulse().is_none())
     }
 
-    /// True if contacts of elastic solids pull at the velocities that a solution has found [m/s], or if some lack.
+    /// True if contacts pull at the velocities that a solution has found [m/s], or if some lack.
     pub fn are_wrong(&mut self, velocity: &[Vector<D>]) -> bool {
-        !is_settled(&self.contacts.elastic(), velocity)
+        !is_settled(&self.contacts.all(), velocity)
     }
 
-    /// Lets other contacts of elastic solids act in these equations of the step than in a solution; returns false if
+    /// Lets other contacts act in these equations of the step than in a solution; returns false if
     /// there are none.
     pub fn change(&mut self, solution: &SolutionVelocities<D>, equations: &mut SolidEquations) -> bool {
         let before = self.active();
         // The next iterate of the search by coupled solutions. It goes on with each of them, used or not.
-        self.search.take_solution(&mut self.contacts.elastic(), &solution.nodal);
+        self.search.take_solution(&mut self.contacts.all(), &solution.nodal);
         let coupled = self.active();
         if self.search.solutions() <= SEARCHES {
             // The solids alone find their contacts, from those that acted in the solution on; the coupled search
@@ -257,7 +257,7 @@ impl<const D: usize> StepContacts<D> {
         let SolutionVelocities { nodal: mut velocity, independent: mut found } = solution.clone();
         let (mut search, mut factor) = (PushSearch::default(), None::<SparseFactor>);
         for _ in 0..SOLUTIONS_WITHOUT_FLUID {
-            if !search.take_solution(&mut self.contacts.elastic(), &velocity) {
+            if !search.take_solution(&mut self.contacts.all(), &velocity) {
                 break;
             }
             self.replace(equations);
@@ -270,7 +270,7 @@ impl<const D: usize> StepContacts<D> {
             factor.insert(renewed?).solve(&rhs, &mut found);
             found.iter().all(|w| w.is_finite()).then_some(())?;
             velocity = equations.velocities.nodal_vectors(&found);
-            if is_settled(&self.contacts.elastic(), &velocity) {
+            if is_settled(&self.contacts.all(), &velocity) {
                 break;
             }
         }
@@ -353,8 +353,8 @@ impl<const D: usize> StepContacts<D> {
         let fastest =
             |solid: usize| velocity[structure.nodes_of(solid)].iter().fold(0.0, |most: f64, v| most.max(v.norm()));
         let slow: Vec<f64> = (0..solids.len()).map(|solid| SLOW * fastest(solid)).collect();
-        for contact in self.contacts.acting() {
-            let push = contact.elastic_push(|node| velocity[node]).max(0.0);
+        for contact in self.contacts.acting().filter(|contact| contact.impulse().is_none()) {
+            let push = contact.push(|node| velocity[node]).max(0.0);
             let mut touching: Vec<usize> = contact.nodes().map(|node| structure.solid_of(node)).collect();
             touching.dedup();
             for solid in touching {

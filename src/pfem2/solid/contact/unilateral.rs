@@ -1,14 +1,15 @@
-//! The contacts of elastic solids that push in a step, found from its solutions (theory (J.11a), (J.11b)).
+//! The contacts that push in a step, found from its solutions (theory (J.11a), (J.11b)).
 //!
 //! ```text
-//! A v − b = Σ c_j n_j max(0, f_j(v)),      f_j(v) = A_j k (g − d_j(v))         the minimum of a convex function of v
+//! A v − b = Σ c_j n_j max(0, f_j(v)),      the minimum of a convex function of v
+//! f_j(v) = A_j k (g − d_j(v))              of elastic solids,      10⁴ m/Δ (w_j − n·v_j)   of rigid ones
 //! A v_s − b = Σ c_j n_j F_j,               F_j = f_j(v_s) of those that act in a solution v_s, else 0
 //! v ← v + s (v_s − v),   s in (0, 1]:   Σ_j [(1 − s) F_j(v) + s F_j(v_s) − max(0, f_j)] (v_s − v)·n_j = 0
 //! ```
 //!
 //! Newton's method, of which each solution of the step is one: those with f_j(v) > 0 act in the next one. With
 //! the exact length s along its direction it comes to an end, where sets that are simply taken from solutions can go
-//! round in circles.
+//! round in circles. Rigid solids begin with those that `impulses` has found with the forces of the step before.
 
 use super::force::Contact;
 use crate::math::Vector;
@@ -42,7 +43,7 @@ pub(in crate::pfem2::solid) struct PushSearch {
 /// f_j and F_j of all contacts in a solution, at the velocities of nodes in it [m/s].
 fn solution<const D: usize>(contacts: &[&mut Contact<D>], velocity: &[Vector<D>]) -> Vec<PushIterate> {
     let each = contacts.iter().map(|contact| {
-        let force = contact.elastic_push(|node| velocity[node]);
+        let force = contact.push(|node| velocity[node]);
         PushIterate { force, given: if contact.is_active { force } else { 0.0 } }
     });
     each.collect()
@@ -168,7 +169,7 @@ mod tests {
             for contact in contacts.iter().filter(|contact| contact.is_active) {
                 let node = contact.point;
                 entries.push((node as u32, node as u32, contact.resistance()));
-                rhs[node] += contact.elastic_push(|_| Vector::ZERO);
+                rhs[node] += contact.push(|_| Vector::ZERO);
             }
             let mut found = vec![0.0; count];
             SparseFactor::new(&SparseMatrix::from_triplets(count, entries)).unwrap().solve(&rhs, &mut found);
@@ -194,7 +195,7 @@ mod tests {
             let first = contacts.iter().position(|contact| contact.is_active).unwrap() as f64;
             assert!((first + 1.0 - span).abs() < 2.0, "{span}: {first}");
             let pushes = contacts.iter().filter(|contact| contact.is_active);
-            let forces: Vec<f64> = pushes.map(|contact| contact.elastic_push(|k| Vector([0.0, found[k]]))).collect();
+            let forces: Vec<f64> = pushes.map(|contact| contact.push(|k| Vector([0.0, found[k]]))).collect();
             assert!(forces.iter().all(|force| *force > 0.0), "{span}: {forces:?}");
             let rest = count as f64 + 0.5 - 2.0 / 3.0 * span;
             assert!(
