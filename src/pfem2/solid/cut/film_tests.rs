@@ -6,16 +6,17 @@ use super::super::surface::tests::{disc, rotation, turned_box};
 use super::tests::check_facets;
 use super::*;
 use crate::mesh::Simplex;
+use std::f64::consts::PI;
 
-/// A mesh of [−1, 1]ᴰ [m] cut by two solids.
-fn cut_by_pair<const D: usize, const N: usize>(
-    cells: usize,
-    solids: [&SolidMesh<D>; 2],
-) -> (Mesh<D, N>, SolidCut<D, N>) {
+/// A mesh of [−1, 1]ᴰ [m] cut by solids.
+fn cut_by<const D: usize, const N: usize>(cells: usize, solids: &[&SolidMesh<D>]) -> (Mesh<D, N>, SolidCut<D, N>) {
     let mesh = Mesh::block(Vector::splat(-1.0), Vector::splat(1.0), [cells; D]).unwrap();
-    let first = solids[0].nodes.len() as u32;
-    let positions = [&solids[0].nodes[..], &solids[1].nodes[..]].concat();
-    let surface = SolidSurface::new(&[(solids[0], 0), (solids[1], first)], &positions);
+    let (mut first, mut positions) = (Vec::new(), Vec::new());
+    for solid in solids {
+        first.push((*solid, positions.len() as u32));
+        positions.extend(&solid.nodes);
+    }
+    let surface = SolidSurface::new(&first, &positions);
     let cut = SolidCut::new(&mesh, &surface, &[]);
     (mesh, cut)
 }
@@ -23,7 +24,7 @@ fn cut_by_pair<const D: usize, const N: usize>(
 /// The larger of the forces that a pressure of 1 Pa everywhere has on two solids [N], and the number of elements
 /// with a film between them.
 fn force_of_an_even_pressure<const D: usize, const N: usize>(cells: usize, solids: [&SolidMesh<D>; 2]) -> (f64, usize) {
-    let (mesh, cut) = cut_by_pair::<D, N>(cells, solids);
+    let (mesh, cut) = cut_by::<D, N>(cells, &solids);
     check_facets(&mesh, &cut);
     let (second, mut forces) = (solids[0].nodes.len() as u32, [Vector::<D>::ZERO; 2]);
     for element in &cut.elements {
@@ -83,7 +84,7 @@ fn an_even_pressure_has_no_force_on_solids_beside_each_other() {
 fn a_film_has_the_volume_between_the_sides() {
     let blocks = [[-0.5, 0.02], [0.05, 0.5]]
         .map(|[lower, upper]| SolidMesh::block(Vector([lower, -1.2]), Vector([upper, 1.2]), [2, 6]).unwrap());
-    let (mesh, cut) = cut_by_pair::<2, 3>(20, [&blocks[0], &blocks[1]]);
+    let (mesh, cut) = cut_by::<2, 3>(20, &[&blocks[0], &blocks[1]]);
     let volume = cut.volume_inside(&mesh);
     assert!((volume - 2.0 * (0.52 + 0.45)).abs() < 1e-6, "{volume}");
 }
@@ -96,7 +97,7 @@ fn a_film_opens_where_solids_end_on_a_line_of_the_mesh() {
     for off in [-1e-6, 0.0, 1e-6] {
         let lower = SolidMesh::block(Vector([-0.4, -0.6]), Vector([0.4, -0.05 + off]), [4, 4]).unwrap();
         let upper = SolidMesh::block(Vector([-0.4, 0.0]), Vector([0.4, 0.5]), [4, 4]).unwrap();
-        let (mesh, cut) = cut_by_pair::<2, 3>(20, [&lower, &upper]);
+        let (mesh, cut) = cut_by::<2, 3>(20, &[&lower, &upper]);
         let outside: f64 = (0..mesh.elements().len()).map(|e| cut.volume_outside(&mesh, e)).sum();
         let exact = 4.0 - 0.8 * (1.05 + off);
         assert!((outside - exact).abs() < 1e-4, "{off:e}: {outside} {exact}");
@@ -136,5 +137,28 @@ fn an_even_pressure_has_no_force_on_a_solid_with_a_narrow_slot() {
         let space = slotted([Vector([-0.45, -0.37, -0.41]), Vector([0.51, 0.43, 0.39])], slot(10));
         let (force, films) = force_on_one::<3, 4>(10, &space);
         assert!(force < 1e-13 && films > 10, "space, {gap}: {force:e} {films}");
+    }
+}
+
+/// Nodes inside of a plate 1.2 elements thick have fluid on both sides, and those of three discs that
+/// nearly touch don't, though the pocket between them is parted from the fluid around.
+#[test]
+fn only_nodes_in_thin_solids_have_two_sides() {
+    let has_two_sides = |cut: &SolidCut<2, 3>| cut.elements.iter().any(|element| element.two_sided.contains(&true));
+    let plate = turned_box([0.6, 0.06], [8, 1], Vector([0.013, 0.021]), &rotation([0.2, 0.0, 0.0]));
+    let (_, cut) = cut_by::<2, 3>(20, &[&plate]);
+    assert!(has_two_sides(&cut));
+    let third = |k: usize, angle: f64, gap: f64| {
+        let angle = angle + 2.0 / 3.0 * PI * k as f64;
+        let center = Vector([angle.cos(), angle.sin()]) * ((0.6 + gap) / 3_f64.sqrt());
+        let mut own = disc(6);
+        own.nodes.iter_mut().for_each(|x| *x = *x * 0.3 + center + Vector([0.013, 0.021]));
+        own
+    };
+    for (gap, k) in [0.001, 0.01, 0.03].into_iter().flat_map(|gap| (0..20).map(move |k| (gap, k))) {
+        let angle = 0.1 * f64::from(k);
+        let discs: [SolidMesh<2>; 3] = std::array::from_fn(|k| third(k, angle, gap));
+        let (_, cut) = cut_by::<2, 3>(20, &discs.each_ref());
+        assert!(!has_two_sides(&cut), "{angle} {gap}");
     }
 }
