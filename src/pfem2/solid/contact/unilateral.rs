@@ -9,7 +9,8 @@
 //!
 //! Newton's method, of which each solution of the step is one: those with f_j(v) > 0 act in the next one. With
 //! the exact length s along its direction it comes to an end, where sets that are simply taken from solutions can go
-//! round in circles. Rigid solids begin with those that `impulses` has found with the forces of the step before.
+//! round in circles. Rigid solids begin with those that `impulses` has found with the forces of the
+//! step before, and keep the friction that it has given them: none where a contact is found here.
 
 use super::force::Contact;
 use crate::math::Vector;
