@@ -4,7 +4,7 @@ use super::{Failure, located, say, show, signals, use_threads};
 use lateen::catalog;
 use lateen::error::{Diagnostic, Error};
 use lateen::run::Folder;
-use lateen::verify::{self, Expected, Level};
+use lateen::verify::{self, Expected, Level, Outcome};
 use std::path::{Path, PathBuf};
 
 /// Options of the command.
@@ -23,41 +23,59 @@ pub struct Arguments {
     threads: Option<usize>,
 }
 
+/// Numbers of comparisons.
+#[derive(Default)]
+struct Count {
+    compared: usize,
+    failed: usize,
+}
+
 /// Runs the cases and prints their tables.
 pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
     use_threads(arguments.threads)?;
     let level = if arguments.full { Level::Full } else { Level::Quick };
     let stop = signals::stop_flag()?;
-    let (mut compared, mut failed, mut left_out) = (0, 0, 0);
+    let (mut count, mut left_out) = (Count::default(), 0);
     let cases = chosen(arguments.pattern.as_deref())?;
     for (n, (name, folder)) in cases.iter().enumerate() {
-        say(&format!("{} of {}: {name}", n + 1, cases.len()));
         let expected = something_expected(folder)?;
         if expected.effort(level).skip {
             show(&format!("{name}\nleft out    takes {}; `--full` runs it\n\n", expected.measured.time))?;
             left_out += 1;
             continue;
         }
-        let outcomes = verify::verify(folder, &expected, level, &arguments.out.join(name), &stop);
-        let outcomes = match outcomes {
-            // A run that breaks down is a comparison that failed: the other cases still tell something.
-            Err(Error::Step(error)) => {
-                show(&format!("{name}\nFAILED  {error}\n\n"))?;
-                (compared, failed) = (compared + 1, failed + 1);
-                continue;
-            }
-            outcomes => outcomes.map_err(|error| located(error, folder))?,
-        };
-        compared += outcomes.len();
-        failed += outcomes.iter().filter(|outcome| !outcome.passed()).count();
-        show(&format!("{}\n", verify::render(name, &outcomes)))?;
+        for (run, expected) in expected.runs(name, level) {
+            say(&format!("{} of {}: {run}", n + 1, cases.len()));
+            let directory = arguments.out.join(&run);
+            count.add(&run, folder, verify::verify(folder, &expected, level, &directory, &stop))?;
+        }
     }
-    if compared == 0 {
+    if count.compared == 0 {
         return Err(nothing_compared());
     }
     let without = if left_out > 0 { format!("; {left_out} of {} cases left out", cases.len()) } else { String::new() };
-    show(&format!("{} of {compared} comparisons hold{without}\n", compared - failed))?;
-    if failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
+    show(&format!("{} of {} comparisons hold{without}\n", count.compared - count.failed, count.compared))?;
+    if count.failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
+}
+
+impl Count {
+    /// Prints and counts the comparisons of a run.
+    fn add(&mut self, run: &str, folder: &Folder, outcomes: lateen::Result<Vec<Outcome>>) -> Result<(), Failure> {
+        match outcomes {
+            // A run that breaks down is a comparison that failed: the other cases still tell something.
+            Err(Error::Step(error)) => {
+                (self.compared, self.failed) = (self.compared + 1, self.failed + 1);
+                show(&format!("{run}\nFAILED  {error}\n\n"))?;
+            }
+            Err(error) => return Err(located(error, folder)),
+            Ok(outcomes) => {
+                self.compared += outcomes.len();
+                self.failed += outcomes.iter().filter(|outcome| !outcome.passed()).count();
+                show(&format!("{}\n", verify::render(run, &outcomes)))?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// All cases are left out at this level.

@@ -43,11 +43,16 @@
 //! tolerance = { absolute = 0.02 }
 //! source = "exact Riemann solution"
 //! ```
+//!
+//! The case with other settings: [`super::variant`].
 
+use super::check::Check;
 use super::curve::Curve;
-use super::outcome::{Compare, Level, Tolerance};
+use super::outcome::Level;
 use super::profile::Profile;
+use super::variant::Variant;
 use crate::error::{Diagnostic, Error, Result};
+use crate::output::label::file_name;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -75,6 +80,9 @@ pub struct Expected {
     /// Curves that are drawn but not compared.
     #[serde(default, rename = "drawn")]
     pub drawn: Vec<Drawn>,
+    /// The case with other settings, at the level `--full`.
+    #[serde(default, rename = "variant")]
+    pub variants: Vec<Variant>,
 }
 
 /// Cost and size of a run, as measured.
@@ -99,48 +107,6 @@ pub struct Effort {
     /// True: the case is left out at this level.
     #[serde(default)]
     pub skip: bool,
-}
-
-/// One comparison.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Check {
-    /// Name of the comparison.
-    pub name: String,
-    /// The table in `history/`, without `.csv`.
-    pub history: String,
-    /// A column of the table, or a formula of its columns.
-    pub value: String,
-    /// Another table of the run, whose value at the same time is taken off.
-    pub minus: Option<String>,
-    /// Another table of the run, whose value at the same time is added.
-    pub plus: Option<String>,
-    /// A column of the table, or a formula, whose periods the value is averaged over, phase by phase: from one rise
-    /// through its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
-    pub phase: Option<String>,
-    /// The quantity measured on it.
-    pub kind: Measure,
-    /// Time of `kind = "value"` [s]; level of `kind = "crossing"` and "period", in the unit of the value.
-    pub at: Option<f64>,
-    /// Start of the window [s].
-    #[serde(default = "always_from")]
-    pub from: f64,
-    /// End of the window [s].
-    #[serde(default = "always_until")]
-    pub until: f64,
-    /// The reference: a number, or the curves of `kind = "curve"`.
-    pub reference: Reference,
-    /// Kind of the reference number: a value or a bound.
-    #[serde(default)]
-    pub compare: Compare,
-    /// Allowed deviation.
-    pub tolerance: Tolerance,
-    /// The tolerance of the default run, where it is another one.
-    pub quick: Option<Tolerance>,
-    /// The tolerance of `--full`, where it is another one.
-    pub full: Option<Tolerance>,
-    /// Source of the reference.
-    pub source: String,
 }
 
 /// Curves that are drawn in the plot of a history, and not compared.
@@ -172,55 +138,6 @@ pub struct DrawnPhase {
     pub reference: Curve,
 }
 
-/// Quantities measured on a history within the window.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Measure {
-    /// The last value.
-    Final,
-    /// The value at the time `at`.
-    Value,
-    /// The largest value.
-    Maximum,
-    /// The smallest value.
-    Minimum,
-    /// The value that is farthest from zero.
-    Largest,
-    /// The mean over time.
-    Mean,
-    /// Half of the sum of the largest and the smallest value: the middle of an oscillation.
-    Midrange,
-    /// Half of the difference of the largest and the smallest value.
-    Amplitude,
-    /// The time of the largest value [s].
-    TimeOfMaximum,
-    /// The time of the smallest value [s].
-    TimeOfMinimum,
-    /// The mean period of an oscillation about the level `at`, or its mean [s].
-    Period,
-    /// The rate at which the amplitude of an oscillation falls [1/s].
-    Decay,
-    /// The rate at which a value grows like an exponential [1/s].
-    Growth,
-    /// The first time at which the level `at` is passed [s].
-    Crossing,
-    /// The largest distance from the band of the reference curves.
-    Curve,
-}
-
-/// Reference of a check.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected a number, or a list of curves: [{ file = \"reference.csv\", x = \"t\", y = \"u\" }]"
-)]
-pub enum Reference {
-    /// A number.
-    Number(f64),
-    /// Curves from tables; several make a band.
-    Curves(Vec<Curve>),
-}
-
 impl Expected {
     /// The settings of the run at a level.
     pub fn effort(&self, level: Level) -> &Effort {
@@ -242,23 +159,62 @@ impl Expected {
                 None => finding,
             })
         })?;
-        let places = toml::from_str::<CheckSpans>(text).map_or_else(|_| Vec::new(), |places| places.checks);
-        let places = places.iter().map(Spanned::span).map(Some).chain(std::iter::repeat(None));
-        let findings = expected.checks.iter().zip(places).filter_map(|(check, span)| {
-            let finding = check.finding()?;
-            Some(Diagnostic { span, ..finding })
-        });
-        let findings: Vec<Diagnostic> = findings.collect();
+        let findings = expected.findings(&toml::from_str(text).unwrap_or_default());
         if findings.is_empty() { Ok(expected) } else { Err(Error::Case(findings)) }
+    }
+
+    /// What the checks lack, and variants without any.
+    fn findings(&self, spans: &ExpectedSpans) -> Vec<Diagnostic> {
+        let mut findings = findings_of(&self.checks, &spans.checks);
+        for (variant, spans) in self.variants.iter().zip(&spans.variants) {
+            findings.extend(findings_of(&variant.checks, &spans.get_ref().checks));
+            if variant.checks.is_empty() {
+                let finding = Diagnostic::error(format!("variant `{}`", variant.name), "it is compared with nothing");
+                findings.push(finding.at(spans.span()).help("add a comparison, `[[variant.check]]`, after it"));
+            }
+        }
+        findings
+    }
+
+    /// The runs of a level by their names: that of the case, then its variants in the order of the file, which are
+    /// those of `--full`. The names are those of their folders, too.
+    pub fn runs(&self, case: &str, level: Level) -> Vec<(String, Self)> {
+        let compares = !(self.checks.is_empty() && self.profiles.is_empty());
+        let own = compares.then(|| (case.to_owned(), self.clone()));
+        let variants = self.variants.iter().filter(|_| level == Level::Full);
+        let named = |variant: &Variant| (file_name(&format!("{case}-{}", variant.name)), self.of_variant(variant));
+        own.into_iter().chain(variants.map(named)).collect()
+    }
+
+    /// The comparisons of a variant, as if it was a case of its own.
+    fn of_variant(&self, variant: &Variant) -> Self {
+        let mut set = self.full.set.clone();
+        set.extend(variant.set.clone());
+        Self { full: Effort { set, skip: false }, checks: variant.checks.clone(), ..Self::default() }
     }
 
     /// True if there is nothing that a run could be compared with.
     pub fn compares_nothing(&self) -> bool {
-        self.checks.is_empty() && self.profiles.is_empty()
+        self.checks.is_empty() && self.profiles.is_empty() && self.variants.is_empty()
     }
 }
 
+/// What checks lack that lie at `spans` in the text.
+fn findings_of(checks: &[Check], spans: &[Spanned<IgnoredAny>]) -> Vec<Diagnostic> {
+    let spans = spans.iter().map(Spanned::span).map(Some).chain(std::iter::repeat(None));
+    checks.iter().zip(spans).filter_map(|(check, span)| Some(Diagnostic { span, ..check.finding()? })).collect()
+}
+
 /// Places of the checks in the text.
+#[derive(Default, Deserialize)]
+struct ExpectedSpans {
+    #[serde(default, rename = "check")]
+    checks: Vec<Spanned<IgnoredAny>>,
+    #[serde(default, rename = "variant")]
+    variants: Vec<Spanned<CheckSpans>>,
+}
+
+/// Places of the checks of a variant in the text.
 #[derive(Deserialize)]
 struct CheckSpans {
     #[serde(default, rename = "check")]
@@ -276,81 +232,10 @@ impl Effort {
     }
 }
 
-impl Check {
-    /// The tolerance at a level of effort.
-    pub fn tolerance_at(&self, level: Level) -> Tolerance {
-        let special = match level {
-            Level::Quick => self.quick,
-            Level::Full => self.full,
-        };
-        special.unwrap_or(self.tolerance)
-    }
-
-    /// Values of the column that the reference is: those of an amplitude about the middle that another of the `checks`
-    /// has. None for other quantities than values of a column, and for bounds.
-    pub fn levels(&self, checks: &[Self]) -> Vec<f64> {
-        let Reference::Number(reference) = self.reference else { return Vec::new() };
-        if self.compare != Compare::Equal || self.minus.is_some() {
-            return Vec::new();
-        }
-        let is_middle = |other: &&Self| {
-            other.kind == Measure::Midrange
-                && (&other.history, &other.plus, &other.value) == (&self.history, &self.plus, &self.value)
-        };
-        match (self.kind, checks.iter().find(is_middle).map(|middle| &middle.reference)) {
-            (Measure::Amplitude, Some(Reference::Number(middle))) => vec![middle - reference, middle + reference],
-            (
-                Measure::Final
-                | Measure::Value
-                | Measure::Maximum
-                | Measure::Minimum
-                | Measure::Largest
-                | Measure::Mean
-                | Measure::Midrange,
-                _,
-            ) => vec![reference],
-            _ => Vec::new(),
-        }
-    }
-
-    /// The time at which the column passes a level, with this level: a point of its curve. None for other quantities.
-    pub fn passage(&self) -> Option<[f64; 2]> {
-        match (&self.reference, self.kind) {
-            (Reference::Number(time), Measure::Crossing) if self.compare == Compare::Equal && self.minus.is_none() => {
-                Some([*time, self.at?])
-            }
-            _ => None,
-        }
-    }
-
-    fn finding(&self) -> Option<Diagnostic> {
-        let key = format!("check `{}`", self.name);
-        let needs_at = matches!(self.kind, Measure::Value | Measure::Crossing);
-        if needs_at && self.at.is_none() {
-            return Some(Diagnostic::error(key, "this kind needs `at`"));
-        }
-        match (&self.reference, self.kind) {
-            (Reference::Number(_), Measure::Curve) => {
-                Some(Diagnostic::error(key, "a curve is compared with curves").help("reference = [{ file, x, y }]"))
-            }
-            (Reference::Curves(_), kind) if kind != Measure::Curve => {
-                Some(Diagnostic::error(key, "curves are compared by `kind = \"curve\"`"))
-            }
-            _ => None,
-        }
-    }
-}
-
-fn always_from() -> f64 {
-    f64::NEG_INFINITY
-}
-
-fn always_until() -> f64 {
-    f64::INFINITY
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::check::Measure;
+    use super::super::outcome::Compare;
     use super::*;
 
     const CHECK: &str = "[[check]]\nname = 'peak'\nhistory = 'centre'\nvalue = 'z'\nkind = 'minimum'\n\

@@ -1,7 +1,7 @@
 //! A check applied to a history: computed value, deviation, verdict.
 
+use super::check::{Check, Measure, Reference};
 use super::curve::Curve;
-use super::expected::{Check, Measure, Reference};
 use super::outcome::{Outcome, Tolerance};
 use super::series::{Series, envelope, series};
 use crate::error::Result;

@@ -1,8 +1,9 @@
 //! Runs validation cases and compares their results with published, analytic or independent values.
 //!
 //! The comparisons of a case stand beside it in `expected.toml` ([`mod@expected`]); quantities of histories are
-//! measured in [`series`] and [`measure`], fields are compared in [`profile`].
+//! measured in [`series`] and [`measure`], fields are compared in [`profile`]; the case with other settings is a [`variant`].
 
+pub mod check;
 pub mod curve;
 pub mod expected;
 pub mod measure;
@@ -10,6 +11,7 @@ pub mod outcome;
 pub mod profile;
 pub mod series;
 mod table;
+pub mod variant;
 
 pub use expected::Expected;
 pub use outcome::{Level, Outcome};
@@ -67,7 +69,7 @@ pub fn verify(
 /// # Errors
 /// A history, a column or a reference isn't there.
 pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &Path) -> Result<Vec<Outcome>> {
-    let apply = |check: &expected::Check| {
+    let apply = |check: &check::Check| {
         let read = |name: &String| {
             let path = histories.join(format!("{name}.csv"));
             let history = if path.is_file() { HistoryTable::read(&path)? } else { HistoryTable::default() };
@@ -82,7 +84,7 @@ pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &P
 }
 
 /// A history that the run didn't write, and those that it did.
-fn no_history(check: &expected::Check, name: &str, histories: &Path) -> Error {
+fn no_history(check: &check::Check, name: &str, histories: &Path) -> Error {
     let files = std::fs::read_dir(histories).into_iter().flatten().flatten().map(|entry| entry.path());
     let tables = files.filter(|path| path.extension().is_some_and(|extension| extension == "csv"));
     let mut names: Vec<String> =
@@ -105,8 +107,8 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>
         Ok(ReferenceCurve { history, plus: None, column, label: source.clone(), shape: shape(&curves), phase: None })
     };
     let compared = expected.checks.iter().filter_map(|check| match &check.reference {
-        expected::Reference::Curves(curves) => Some(reference(&check.history, &check.value, curves, &check.source)),
-        expected::Reference::Number(_) => None,
+        check::Reference::Curves(curves) => Some(reference(&check.history, &check.value, curves, &check.source)),
+        check::Reference::Number(_) => None,
     });
     let only_drawn = expected.drawn.iter().map(|drawn| {
         let in_phase = |phase: &expected::DrawnPhase| -> Result<PhaseReference> {
@@ -121,7 +123,7 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>
 }
 
 /// The points at which columns are to pass a level.
-fn passages(checks: &[expected::Check]) -> impl Iterator<Item = ReferenceCurve> {
+fn passages(checks: &[check::Check]) -> impl Iterator<Item = ReferenceCurve> {
     checks.iter().filter_map(|check| {
         Some(ReferenceCurve {
             history: check.history.clone(),
@@ -136,7 +138,7 @@ fn passages(checks: &[expected::Check]) -> impl Iterator<Item = ReferenceCurve> 
 
 /// The numbers that columns are compared with, by column and source: values, and the extremes of an oscillation about
 /// its middle.
-fn levels(checks: &[expected::Check]) -> Vec<ReferenceCurve> {
+fn levels(checks: &[check::Check]) -> Vec<ReferenceCurve> {
     let mut all: Vec<ReferenceCurve> = Vec::new();
     for check in checks {
         let label = check.source.split(": ").next().unwrap_or_default();

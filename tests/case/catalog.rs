@@ -3,6 +3,7 @@
 
 use lateen::Error;
 use lateen::case::{Case, Source};
+use lateen::verify::Level;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -118,4 +119,21 @@ fn commands_printed_in_the_readmes_of_cases_are_valid() {
             panic!("{settings:?}\n{}", source.render(&findings, false));
         }
     }
+}
+
+/// Settings of the levels and variants of a case are keys that it has.
+#[test]
+fn settings_of_comparisons_are_valid() {
+    let mut variants = 0;
+    for case in lateen::catalog::all() {
+        let folder = lateen::run::Folder::built_in(case);
+        let expected = lateen::verify::expected(&folder).unwrap().unwrap();
+        for level in [Level::Quick, Level::Full] {
+            for (name, run) in expected.runs(case.name(), level) {
+                folder.read(&run.effort(level).overrides()).unwrap_or_else(|error| panic!("{name}: {error}"));
+            }
+        }
+        variants += expected.variants.len();
+    }
+    assert!(variants > 0, "no case has variants any more");
 }

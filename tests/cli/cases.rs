@@ -143,6 +143,22 @@ fn verify_exits_with_1_when_a_comparison_fails_and_2_when_nothing_is_compared() 
     let full = lateen(home.path(), &["verify", "case.toml", "--full"]);
     assert!(text(&full.stdout).contains("1 of 1 comparisons hold"), "{}", text(&full.stdout));
 
+    // A variant runs with `--full`, with its settings and comparisons.
+    let slower = expected.replace("[[check]]", "[[variant.check]]").replace("0.45", "0.475");
+    let variant = format!("{expected}[[variant]]\nname = 'half-g'\nset = {{ 'mpm.gravity' = [0, -5] }}\n");
+    fs::write(home.path().join("expected.toml"), format!("{variant}{slower}")).unwrap();
+    for (arguments, holds) in
+        [(vec!["verify", "case.toml"], "1 of 1"), (vec!["verify", "case.toml", "--full"], "2 of 2")]
+    {
+        let run = lateen(home.path(), &arguments);
+        assert!(text(&run.stdout).contains(&format!("{holds} comparisons hold")), "{}", text(&run.stdout));
+    }
+    assert!(home.path().join("runs/verify/fall-half-g/history/centre.csv").is_file());
+    fs::write(home.path().join("expected.toml"), variant).unwrap();
+    let bare = lateen(home.path(), &["verify", "case.toml"]);
+    assert!(text(&bare.stderr).contains("it is compared with nothing"), "{}", text(&bare.stderr));
+    assert!(text(&bare.stderr).contains("--> expected.toml:9:1"), "{}", text(&bare.stderr));
+
     // Errors in `expected.toml` are shown at their place there, and a case without comparisons is no success.
     fs::write(home.path().join("expected.toml"), expected.replace("kind = 'final'", "kind = 'value'")).unwrap();
     for command in [["verify", "case.toml"], ["run", "case.toml"]] {
