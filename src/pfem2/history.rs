@@ -1,7 +1,7 @@
 //! Velocities and accelerations of earlier steps, which a step of second order extrapolates from (theory F.2, F.5).
 //!
 //! ```text
-//! β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂                             explicit shares of the acceleration; theory (F.8)
+//! β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂                        explicit weights of the accelerations; theory (F.8)
 //! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + c (vⁿ − 2vⁿ⁻¹ + vⁿ⁻²)     convecting velocity, c = 5/6 − θ (equal steps); theory F.5
 //! ```
 //!
@@ -17,9 +17,9 @@ pub(in crate::pfem2) const LARGEST_CHANGE: f64 = 2.0;
 /// Room for rounding where times are compared.
 const ROUNDING: f64 = 1.0 + 1e-9;
 
-/// The shares with which forces and powers at three times act in a step (theory (F.8)).
+/// The weights with which forces and powers at three times act in a step (theory (F.8)).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::pfem2) struct StepShares {
+pub(in crate::pfem2) struct StepWeights {
     /// Length of the step [s].
     pub dt: f64,
     /// θ, of its end.
@@ -30,8 +30,8 @@ pub(in crate::pfem2) struct StepShares {
     pub earlier: f64,
 }
 
-impl StepShares {
-    /// Shares of backward Euler, for a step of `dt` [s].
+impl StepWeights {
+    /// Weights of backward Euler, for a step of `dt` [s].
     pub fn backward_euler(dt: f64) -> Self {
         Self { dt, end: 1.0, start: 0.0, earlier: 0.0 }
     }
@@ -84,8 +84,8 @@ impl<const D: usize> TimeHistory<D> {
         (self.dt_previous, self.dt_earlier) = (dt, dt);
     }
 
-    /// The implicit share θ of a step of `dt` [s].
-    pub fn implicit_share(&self, dt: f64) -> f64 {
+    /// The implicit weight θ of a step of `dt` [s].
+    pub fn implicit_weight(&self, dt: f64) -> f64 {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.extends_over(dt) => theta,
             _ => 1.0,
@@ -93,7 +93,7 @@ impl<const D: usize> TimeHistory<D> {
     }
 
     /// β₁ and β₂ (theory (F.8)).
-    pub fn explicit_shares(&self, step: ThetaStep) -> [f64; 2] {
+    pub fn explicit_weights(&self, step: ThetaStep) -> [f64; 2] {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.extends_over(step.dt) => {
                 let earlier = (theta - 0.5) * step.dt / self.dt_previous;
@@ -103,15 +103,15 @@ impl<const D: usize> TimeHistory<D> {
         }
     }
 
-    /// The shares of a step in forces and powers at three times.
-    pub fn shares(&self, step: ThetaStep) -> StepShares {
-        let [start, earlier] = self.explicit_shares(step);
-        StepShares { dt: step.dt, end: step.theta, start, earlier }
+    /// The weights of a step in forces and powers at three times.
+    pub fn step_weights(&self, step: ThetaStep) -> StepWeights {
+        let [start, earlier] = self.explicit_weights(step);
+        StepWeights { dt: step.dt, end: step.theta, start, earlier }
     }
 
-    /// The explicit share of the velocity increment at the nodes, Δt (β₁ aⁿ + β₂ aⁿ⁻¹) [m/s].
+    /// The explicit part of the velocity increment at the nodes, Δt (β₁ aⁿ + β₂ aⁿ⁻¹) [m/s].
     pub fn explicit_increment(&self, step: ThetaStep) -> Vec<Vector<D>> {
-        let [last, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
+        let [last, earlier] = self.explicit_weights(step).map(|weight| weight * step.dt);
         let both = self.acceleration.iter().zip(&self.acceleration_previous);
         both.map(|(a, previous)| *a * last + *previous * earlier).collect()
     }
@@ -120,7 +120,7 @@ impl<const D: usize> TimeHistory<D> {
     pub fn convecting_weights(&self, step: ThetaStep) -> [f64; 3] {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.extends_over(step.dt) => {
-                let part = if self.bends_over(step.dt) { second_difference_share(theta) } else { 0.0 };
+                let part = if self.bends_over(step.dt) { second_difference_weight(theta) } else { 0.0 };
                 convecting_weights(step.dt, [self.dt_previous, self.dt_earlier], part)
             }
             _ => [1.0, 0.0, 0.0],
@@ -171,9 +171,9 @@ impl<const D: usize> TimeHistory<D> {
     }
 }
 
-/// The share of the second difference in v* with which errors of forces and of streamlines cancel in a wave:
-/// both change its frequency, by parts θ − 5/12 and (1 − share) 5/12 of (ωΔt)²/2. Theory (F.15)–(F.18).
-fn second_difference_share(theta: f64) -> f64 {
+/// The weight of the second difference in v* with which errors of forces and of streamlines cancel in a wave:
+/// both change its frequency, by parts θ − 5/12 and (1 − weight) 5/12 of (ωΔt)²/2. Theory (F.15)–(F.18).
+fn second_difference_weight(theta: f64) -> f64 {
     (2.0 - 2.4 * theta).max(0.0)
 }
 
@@ -225,14 +225,14 @@ mod tests {
     /// order and waves grow.
     #[test]
     fn waves_keep_their_frequency_and_never_grow() {
-        let (amplitude, phase) = wave(0.6, second_difference_share(0.6), 20);
+        let (amplitude, phase) = wave(0.6, second_difference_weight(0.6), 20);
         assert!(amplitude < 1.0 && amplitude > 0.8, "{amplitude}");
-        let order = (phase.abs() / wave(0.6, second_difference_share(0.6), 40).1.abs()).log2();
+        let order = (phase.abs() / wave(0.6, second_difference_weight(0.6), 40).1.abs()).log2();
         assert!(order > 3.7, "{order}");
         let (grown, late) = wave(0.6, 0.0, 20);
         assert!(grown > 1.1 && late.abs() > 10.0 * phase.abs(), "{grown} {late} {phase}");
         // ωΔt from 0.1 to 1.5
         let steps = [4, 5, 6, 8, 12, 20, 60];
-        assert!(steps.into_iter().all(|steps| wave(0.6, second_difference_share(0.6), steps).0 < 1.0));
+        assert!(steps.into_iter().all(|steps| wave(0.6, second_difference_weight(0.6), steps).0 < 1.0));
     }
 }

@@ -13,7 +13,7 @@
 //! | `solid` | solids on meshes of their own: state, cut mesh, coupling with the fluid, contact |
 //! | `phases` | the phases, and which of them fill nodes and elements |
 //! | `particles` | particles in columns, streamlines, reseeding, projection to the nodes, correction |
-//! | `interface` | level set, weights of shares, what flows in, interfaces as surfaces |
+//! | `interface` | level set, weights of fractions, what flows in, interfaces as surfaces |
 //! | `particle_solids` | solids on particles, as the paper has them |
 //! | `equations` | the system of velocity and pressure, stabilisation, and its solution |
 //! | `checks` | notices, errors that stop a run |

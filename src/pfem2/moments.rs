@@ -7,7 +7,7 @@
 //! x_a is where the nodes are when the forces act: of solids, where the mesh was cut at their surface.
 
 use crate::math::Vector;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 
 /// A point about which the force of the fluid on a part has a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,7 @@ pub(in crate::pfem2) struct StepMeans<const D: usize> {
     pub last: Vec<Vector<D>>,
     /// At the end of the step before.
     pub previous: Vec<Vector<D>>,
-    /// Means over the last step, with the shares that it takes of each.
+    /// Means over the last step, with the weights that it gives each.
     pub mean: Vec<Vector<D>>,
 }
 
@@ -46,14 +46,16 @@ impl<const D: usize> StepMeans<D> {
         Self { last: none.clone(), previous: none.clone(), mean: none }
     }
 
-    /// Takes those at the end of a step with its `shares`.
-    pub fn update(&mut self, now: Vec<Vector<D>>, shares: StepShares) {
+    /// Takes those at the end of a step with its `step_weights`.
+    pub fn update(&mut self, now: Vec<Vector<D>>, step_weights: StepWeights) {
         let all = self.previous.iter().zip(&self.last).zip(&now);
-        self.mean = all.map(|((m0, m1), m2)| *m0 * shares.earlier + *m1 * shares.start + *m2 * shares.end).collect();
+        self.mean = all
+            .map(|((m0, m1), m2)| *m0 * step_weights.earlier + *m1 * step_weights.start + *m2 * step_weights.end)
+            .collect();
         self.previous = std::mem::replace(&mut self.last, now);
     }
 
-    /// Adds to the means over the last step what has no share in the next one.
+    /// Adds to the means over the last step what takes no part in the next one.
     pub fn add_to_means(&mut self, more: impl Iterator<Item = Vector<D>>) {
         self.mean.iter_mut().zip(more).for_each(|(mean, more)| *mean += more);
     }
@@ -95,15 +97,15 @@ mod tests {
         assert_eq!(moment(Vector([0.0, 0.0, 2.0]), Vector([3.0, 0.0, 0.0])), Vector([0.0, 6.0, 0.0]));
     }
 
-    /// The means of a step are those of the forces: shares of three ends of steps.
+    /// The means of a step are those of the forces: weighted sums of those at three ends of steps.
     #[test]
-    fn means_of_a_step_weigh_forces_by_its_shares() {
+    fn means_of_a_step_take_its_weights() {
         let mut moments = StepMeans::none(1);
         let at = |m: f64| vec![Vector([0.0, 0.0, m])];
         moments.begin(at(1.0));
-        let shares = StepShares { dt: 0.1, end: 0.6, start: 0.3, earlier: 0.1 };
-        moments.update(at(2.0), shares);
-        moments.update(at(4.0), shares);
+        let step_weights = StepWeights { dt: 0.1, end: 0.6, start: 0.3, earlier: 0.1 };
+        moments.update(at(2.0), step_weights);
+        moments.update(at(4.0), step_weights);
         assert!((moments.mean[0][2] - (0.1 + 0.6 + 2.4)).abs() < 1e-15, "{moments:?}");
         assert_eq!((moments.last[0][2], moments.previous[0][2]), (4.0, 2.0));
     }

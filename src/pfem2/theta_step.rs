@@ -1,13 +1,13 @@
 //! Time integration: the scheme, and the time of a step.
 
-/// A step of the θ-scheme: its time, its length and its implicit share (theory F.2).
+/// A step of the θ-scheme: its time, its length and its implicit weight (theory F.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThetaStep {
     /// Time at its start [s].
     pub t: f64,
     /// Length of the step [s].
     pub dt: f64,
-    /// Implicit share θ; 1: backward Euler.
+    /// Implicit weight θ; 1: backward Euler.
     pub theta: f64,
 }
 
@@ -32,7 +32,7 @@ pub enum Scheme {
     /// start with 3/2 − 2θ and one step before with θ − ½; second order. θ = ½ is the trapezoidal rule, which never
     /// forgets noise; more damps what the step doesn't resolve.
     SecondOrder {
-        /// Implicit share θ, in ½..=1.
+        /// Implicit weight θ, in ½..=1.
         theta: f64,
     },
 }

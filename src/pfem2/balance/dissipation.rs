@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The first three powers are sums over the fluid, wherever it was at their time. Differences follow the fluid: what
-//! was at a node is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit share is that
+//! was at a node is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit part is that
 //! of the predictor step.
 //!
 //! In elements that solids cut, q is the sum over the simplices of the fluid part with the velocity of the surface at
@@ -23,7 +23,7 @@ use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::element::shear::shear_rate;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState};
 
@@ -63,11 +63,12 @@ impl<const D: usize> ViscousDissipation<D> {
         self.in_cut = [power_in_cut(system); 2];
     }
 
-    /// Viscous dissipation of the step [J]; by its `shares`; `first`: nothing came before it but the predictor step.
+    /// Viscous dissipation of the step [J]; by its `step_weights`; `first`: nothing came before it but the predictor
+    /// step.
     pub fn of_step<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        shares: StepShares,
+        step_weights: StepWeights,
         first: bool,
     ) -> f64 {
         let grown = |i: usize| system.velocity[i] - self.start[i];
@@ -88,7 +89,7 @@ impl<const D: usize> ViscousDissipation<D> {
         let in_cut = power_in_cut(system);
         self.in_cut = [in_cut, last_in_cut];
         let weighted = |own: f64, last: f64, earlier: f64| {
-            shares.dt * (shares.end * own + shares.start * last + shares.earlier * earlier)
+            step_weights.dt * (step_weights.end * own + step_weights.start * last + step_weights.earlier * earlier)
         };
         weighted(work_end, work_last, work_earlier) + weighted(in_cut, last_in_cut, earlier_in_cut)
     }

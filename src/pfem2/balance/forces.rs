@@ -16,7 +16,7 @@ use crate::pfem2::ThetaStep;
 use crate::pfem2::boundary::{Boundary, BoundarySetup};
 use crate::pfem2::equations::assemble::ElementEquations;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::moments::{self, ForcedPart, MomentPoint, StepMeans};
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ pub(in crate::pfem2) struct BoundaryPart<const D: usize> {
     set: usize,
     /// Point about which its force has a moment [m].
     pub about: Option<Vector<D>>,
-    /// Nodes and the share of their reaction that belongs to the part.
+    /// Nodes and the fractions of their reactions that belong to the part, by axis.
     nodes: Vec<(u32, Vector<D>)>,
 }
 
@@ -50,13 +50,13 @@ fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<
         }
         areas.push(own);
     }
-    let share = |own: Vector<D>, all: Vector<D>| {
+    let fraction = |own: Vector<D>, all: Vector<D>| {
         Vector::from_fn(|axis| if all[axis] > 0.0 { own[axis] / all[axis] } else { 0.0 })
     };
     let named = boundary.sets().iter().zip(areas).enumerate().filter(|(_, (_, own))| !own.is_empty());
     named
         .map(|(set, (BoundarySetup { name, .. }, own))| {
-            let nodes = own.into_iter().map(|(node, area)| (node, share(area, total[&node]))).collect();
+            let nodes = own.into_iter().map(|(node, area)| (node, fraction(area, total[&node]))).collect();
             BoundaryPart { name: name.clone(), set, about: None, nodes }
         })
         .collect()
@@ -104,17 +104,17 @@ impl<const D: usize> BoundaryForces<D> {
         Self { parts, on_parts, moments }
     }
 
-    /// Takes the forces at the end of a step with its `shares`.
+    /// Takes the forces at the end of a step with its `step_weights`.
     pub fn update<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
         step: ThetaStep,
         convected: &[Vector<D>],
-        shares: StepShares,
+        step_weights: StepWeights,
     ) -> BoundaryAction<D> {
         let (parts, action) = self.measure(system, step, convected);
-        self.on_parts.update(parts.iter().map(|part| part.force).collect(), shares);
-        self.moments.update(parts.iter().map(|part| part.moment).collect(), shares);
+        self.on_parts.update(parts.iter().map(|part| part.force).collect(), step_weights);
+        self.moments.update(parts.iter().map(|part| part.moment).collect(), step_weights);
         action
     }
 
@@ -176,12 +176,12 @@ impl<const D: usize> BoundaryForces<D> {
     fn add_feet<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, actions: &mut [PartAction<D>]) {
         let VelocityPressureSystem { mesh, boundary, linear, .. } = system;
         let elements = system.immersed.iter().flat_map(|immersed| &immersed.elements);
-        for (element, share) in elements.flat_map(|own| own.on_walls.iter().map(move |share| (own.element, share))) {
-            let set = boundary.set_of(mesh, Facet { element, opposite: share.facet });
+        for (element, wall) in elements.flat_map(|own| own.on_walls.iter().map(move |wall| (own.element, wall))) {
+            let set = boundary.set_of(mesh, Facet { element, opposite: wall.facet });
             let Some(part) = self.parts.iter().position(|part| Some(part.set) == set) else { continue };
-            let nodes = mesh.elements()[element as usize].iter().zip(share.area);
+            let nodes = mesh.elements()[element as usize].iter().zip(wall.area);
             let push = nodes.map(|(&node, area)| area * linear.unknowns[node as usize][D]).sum::<Vector<D>>();
-            let arm = share.position - self.parts[part].about.unwrap_or_default();
+            let arm = wall.position - self.parts[part].about.unwrap_or_default();
             actions[part].force += push;
             actions[part].moment += moments::moment(arm, push);
         }
@@ -198,9 +198,9 @@ impl<const D: usize> BoundaryPart<D> {
     ) -> PartAction<D> {
         let about = self.about.unwrap_or_default();
         let push = |n: usize| {
-            let (node, share) = self.nodes[n];
+            let (node, fraction) = self.nodes[n];
             let push = elements.nodal_force(node as usize, |i| unknowns[i]) + loads[node as usize];
-            let push = Vector::from_fn(|axis| push[axis] * share[axis]);
+            let push = Vector::from_fn(|axis| push[axis] * fraction[axis]);
             let velocity = Vector::from_fn(|r| unknowns[node as usize][r]);
             let arm = elements.mesh.nodes()[node as usize] - about;
             PartAction { force: push, moment: moments::moment(arm, push), power: -push.dot(velocity) }
@@ -242,8 +242,8 @@ fn open_boundary_load<const D: usize, const N: usize>(
         let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
         for k in (0..N).filter(|&k| elements.mesh_data.outlets[e] >> k & 1 == 1) {
             let area = simplex.facet_area(k) * (elements.contents.elements[e].viscosity / D as f64);
-            let share = (0..N).map(|j| simplex.gradient[j] * velocity[nodes[j]].dot(area)).sum::<Vector<D>>();
-            (0..N).filter(|&i| i != k).for_each(|i| add(nodes[i], share));
+            let force = (0..N).map(|j| simplex.gradient[j] * velocity[nodes[j]].dot(area)).sum::<Vector<D>>();
+            (0..N).filter(|&i| i != k).for_each(|i| add(nodes[i], force));
         }
         (0..N).for_each(|i| add(nodes[i], velocity[nodes[i]] * -elements.back(e, i)));
     }

@@ -27,7 +27,7 @@ use super::through::OpenBoundaryFlux;
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::solid::coupling::immersed::PointMass;
 use crate::simulation::TermKind::{Gain, Loss, Remainder, Stored};
 use crate::simulation::{BalanceTerm, CompensatedSum, Ledger, Record};
@@ -247,18 +247,20 @@ impl EnergyLedger {
         totals.kinetic + surface - (self.stored + gained - self.viscous())
     }
 
-    /// Takes powers and forces from outside as those at the start, of which the first step takes its explicit share.
+    /// Takes powers and forces from outside as those at the start, of which the first step takes its explicit part.
     pub fn begin<const D: usize>(&mut self, outside: &ExternalRates<D>) {
         self.last = outside.terms();
         self.earlier = self.last;
     }
 
-    /// Adds a step by its `shares`, with the powers and forces from outside at its end and its viscous dissipation [J].
-    pub fn add<const D: usize>(&mut self, shares: StepShares, outside: &ExternalRates<D>, viscous: f64) {
+    /// Adds a step by its `step_weights`, with the powers and forces from outside at its end and its viscous
+    /// dissipation [J].
+    pub fn add<const D: usize>(&mut self, step_weights: StepWeights, outside: &ExternalRates<D>, viscous: f64) {
         let now = outside.terms();
         let [now_terms, last, earlier] = [now, self.last, self.earlier].map(bytemuck::cast::<_, [f64; TERMS]>);
         self.external.add(std::array::from_fn(|i| {
-            shares.dt * (shares.end * now_terms[i] + shares.start * last[i] + shares.earlier * earlier[i])
+            step_weights.dt
+                * (step_weights.end * now_terms[i] + step_weights.start * last[i] + step_weights.earlier * earlier[i])
         }));
         (self.earlier, self.last) = (self.last, now);
         self.external.boundary.add(std::mem::take(&mut self.impulsive));
@@ -296,7 +298,7 @@ mod tests {
     fn sums_over_many_steps_keep_what_rounding_takes() {
         let rates = |gravity| ExternalRates::<2> { gravity, ..ExternalRates::default() };
         let mut ledger = EnergyLedger::open(0.0, 0.0, 0.0);
-        let implicit = StepShares { dt: 1.0, end: 1.0, start: 0.0, earlier: 0.0 };
+        let implicit = StepWeights { dt: 1.0, end: 1.0, start: 0.0, earlier: 0.0 };
         ledger.add(implicit, &rates(1e16), 1e16);
         for _ in 0..3 {
             ledger.add(implicit, &rates(1.0), 1.0);

@@ -24,7 +24,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::checks::notices::Notices;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::solid::energy::{SolidEnergies, SolidEnergy};
 use crate::pfem2::tracking::interface::InterfaceTracking;
 use available::{AvailablePotentialEnergy, EnergyCheck};
@@ -132,18 +132,18 @@ impl<const D: usize> EnergyBalance<D> {
         self.dissipation.begin(system);
     }
 
-    /// Adds a step with its `shares`; `first`: nothing came before it but its prediction.
+    /// Adds a step with its `step_weights`; `first`: nothing came before it but its prediction.
     pub fn add<const N: usize>(
         &mut self,
-        shares: StepShares,
+        step_weights: StepWeights,
         first: bool,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
         action: BoundaryAction<D>,
     ) {
         let rates = self.external_rates(system, interface, action);
-        let viscous = self.dissipation.of_step(system, shares, first);
-        self.ledger.add(shares, &rates, viscous);
+        let viscous = self.dissipation.of_step(system, step_weights, first);
+        self.ledger.add(step_weights, &rates, viscous);
         if let Some(available) = self.available.as_ref().filter(|_| interface.keeps_volumes()) {
             self.ledger.set_gravity(available.released(&self.totals));
         }

@@ -205,11 +205,11 @@ impl<const D: usize> Boundary<D> {
                 let Some(n) = area.normalized() else { continue };
                 let nodes = mesh.facet_nodes(facet);
                 // ∫N_i N_j dA = A (1 + δ_ij)/(d (d + 1))
-                let share = area.norm() / (D * (D + 1)) as f64;
+                let weight = area.norm() / (D * (D + 1)) as f64;
                 for &j in &nodes {
                     let Some(traction) = set.condition.traction(mesh.nodes()[j as usize], n, t) else { break };
                     for &i in &nodes {
-                        add(i as usize, traction * (share * if i == j { 2.0 } else { 1.0 }));
+                        add(i as usize, traction * (weight * if i == j { 2.0 } else { 1.0 }));
                     }
                 }
             }

@@ -53,7 +53,7 @@ impl<const N: usize> Enriched<N> {
         let mut load = vec![0.0; count];
         // The additional rows and columns of Becker (29), integrated part by part: theory (G.15), (G.16).
         for part in &cut.parts {
-            let volume = simplex.volume * part.share;
+            let volume = simplex.volume * part.volume_fraction;
             let weight = tau * volume / cut.medium(part).density;
             let at = |k| cut.function(enrichment, k, part, &simplex.gradient);
             // v̂ and v at the same place: what moves as before leaves no residual.

@@ -31,9 +31,9 @@ mod sub_simplices;
 pub mod surface_tension;
 
 pub use enriched::{Enriched, ResidualTerms};
-pub(in crate::pfem2) use sub_simplices::negative_share;
+pub(in crate::pfem2) use sub_simplices::negative_fraction;
 pub use sub_simplices::{
-    SubSimplex, at_corners, corners, facets, inner, is_cut, negative_side, share, sides, split, whole,
+    SubSimplex, at_corners, corners, facets, inner, is_cut, negative_side, sides, split, volume_fraction, whole,
 };
 
 use crate::math::Vector;
@@ -93,8 +93,8 @@ impl<const N: usize> CutGeometry<N> {
     }
 
     /// Fraction of the element on the negative side.
-    pub fn negative_share(&self) -> f64 {
-        self.parts.iter().filter(|part| part.negative).map(|part| part.share).sum()
+    pub fn negative_fraction(&self) -> f64 {
+        self.parts.iter().filter(|part| part.negative).map(|part| part.volume_fraction).sum()
     }
 
     /// Mass, viscosity and ∫dV/ρ over the parts, with τ from their means.
@@ -103,10 +103,10 @@ impl<const N: usize> CutGeometry<N> {
         for part in &self.parts {
             let Medium { density, viscosity } = self.medium(part);
             for i in 0..N {
-                content.mass[i] += volume * part.share * density * part.center[i];
+                content.mass[i] += volume * part.volume_fraction * density * part.center[i];
             }
-            content.viscosity += part.share * viscosity;
-            content.volume_over_density += volume * part.share / density;
+            content.viscosity += part.volume_fraction * viscosity;
+            content.volume_over_density += volume * part.volume_fraction / density;
         }
         let density = content.mass.iter().sum::<f64>() / volume;
         content.tau = tau(Medium { density, viscosity: content.viscosity });
@@ -117,7 +117,7 @@ impl<const N: usize> CutGeometry<N> {
     pub fn mass(&self, volume: f64) -> [[f64; N]; N] {
         let mut mass = [[0.0; N]; N];
         for part in &self.parts {
-            let own = volume * part.share * self.medium(part).density;
+            let own = volume * part.volume_fraction * self.medium(part).density;
             for (row, products) in mass.iter_mut().zip(&part.products) {
                 row.iter_mut().zip(products).for_each(|(m, product)| *m += own * product);
             }
@@ -164,7 +164,7 @@ impl<const N: usize> CutGeometry<N> {
         for part in sub_simplices::sides(&node.map(|i| self.level[i])) {
             let weights = self.weights(enrichment, k, part.negative);
             for (a, products) in part.products.iter().enumerate() {
-                (0..D).for_each(|b| means[node[b]] += part.share * weights[node[a]] * products[b]);
+                (0..D).for_each(|b| means[node[b]] += part.volume_fraction * weights[node[a]] * products[b]);
             }
         }
         means
@@ -214,7 +214,7 @@ mod tests {
         let cut = CutGeometry::new([-0.3, 0.9, 0.4], MEDIA);
         let content = cut.content(2.0, |_| 0.5);
         let heavy = fraction(&[-0.3, 0.9, 0.4]);
-        assert!((cut.negative_share() - heavy).abs() < 1e-14);
+        assert!((cut.negative_fraction() - heavy).abs() < 1e-14);
         let mass = 2.0 * (heavy * 1000.0 + (1.0 - heavy));
         assert!((content.mass.iter().sum::<f64>() - mass).abs() < 1e-10);
         assert!((content.volume_over_density - 2.0 * (heavy / 1000.0 + (1.0 - heavy))).abs() < 1e-14);

@@ -9,7 +9,7 @@ const THINNEST: f64 = 1e-14;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubSimplex<const N: usize> {
     /// Volume as a fraction of the element's.
-    pub share: f64,
+    pub volume_fraction: f64,
     /// Shape functions of the element at its centre.
     pub center: [f64; N],
     /// Mean of N_i N_j over it.
@@ -62,10 +62,10 @@ pub fn sides<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
     vec![part(&whole(), level.iter().sum::<f64>() < 0.0)]
 }
 
-/// Share of an element where the linear φ with these nodal values is negative, as the cut elements count it.
-pub(in crate::pfem2) fn negative_share<const N: usize>(level: &[f64; N]) -> f64 {
+/// Fraction of an element where the linear φ with these nodal values is negative, as the cut elements count it.
+pub(in crate::pfem2) fn negative_fraction<const N: usize>(level: &[f64; N]) -> f64 {
     if is_cut(level) {
-        return split(level).iter().filter(|part| part.negative).map(|part| part.share).sum();
+        return split(level).iter().filter(|part| part.negative).map(|part| part.volume_fraction).sum();
     }
     if level.iter().sum::<f64>() < 0.0 { 1.0 } else { 0.0 }
 }
@@ -123,7 +123,7 @@ fn prism<const N: usize>(lower: &[Barycentric<N>], upper: &[Barycentric<N>]) -> 
 }
 
 /// Volume of a sub-simplex as a fraction of the element's.
-pub fn share<const N: usize>(corners: &[Barycentric<N>; N]) -> f64 {
+pub fn volume_fraction<const N: usize>(corners: &[Barycentric<N>; N]) -> f64 {
     // The fraction is |det λ|; rows sum to one, so a column may be dropped against differences of rows.
     let edges = Tensor::<3>::from_fn(|i, j| match (i + 1 < N, j + 1 < N) {
         (true, true) => corners[i + 1][j + 1] - corners[0][j + 1],
@@ -140,7 +140,7 @@ fn part<const N: usize>(corners: &[Barycentric<N>; N], negative: bool) -> SubSim
     let product =
         |i: usize, j: usize| sum[i] * sum[j] + corners.iter().map(|corner| corner[i] * corner[j]).sum::<f64>();
     let products = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j) / (N * (N + 1)) as f64));
-    SubSimplex { share: share(corners), center: sum.map(|sum| sum / N as f64), products, negative }
+    SubSimplex { volume_fraction: volume_fraction(corners), center: sum.map(|sum| sum / N as f64), products, negative }
 }
 
 /// Corners of the interface in a cut element: 2 in a triangle, 3 or 4, in order around it, in a tetrahedron.
@@ -204,17 +204,17 @@ pub(super) mod tests {
             let parts = split(&level);
             let at = |center: &[f64; N]| (0..N).map(|k| center[k] * level[k]).sum::<f64>();
             assert!(parts.iter().all(|part| (at(&part.center) < 0.0) == part.negative));
-            assert!((parts.iter().map(|part| part.share).sum::<f64>() - 1.0).abs() < 1e-12);
+            assert!((parts.iter().map(|part| part.volume_fraction).sum::<f64>() - 1.0).abs() < 1e-12);
             for k in 0..N {
-                let moment: f64 = parts.iter().map(|part| part.share * part.center[k]).sum();
+                let moment: f64 = parts.iter().map(|part| part.volume_fraction * part.center[k]).sum();
                 assert!((moment - 1.0 / N as f64).abs() < 1e-12);
                 for j in 0..N {
-                    let product: f64 = parts.iter().map(|part| part.share * part.products[k][j]).sum();
+                    let product: f64 = parts.iter().map(|part| part.volume_fraction * part.products[k][j]).sum();
                     let exact = if j == k { 2.0 } else { 1.0 } / (N * (N + 1)) as f64;
                     assert!((product - exact).abs() < 1e-12);
                 }
             }
-            let negative: f64 = parts.iter().filter(|part| part.negative).map(|part| part.share).sum();
+            let negative: f64 = parts.iter().filter(|part| part.negative).map(|part| part.volume_fraction).sum();
             // Nodes with nearly the same level cancel in the closed form.
             assert!((negative - fraction(&level)).abs() < 1e-6, "{level:?}: {negative} {}", fraction(&level));
             assert!(corners(&level).iter().all(|corner| at(corner).abs() < 1e-14));

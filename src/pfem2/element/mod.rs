@@ -106,8 +106,8 @@ pub fn mass<const N: usize>(content: &Content<N>, kind: Mass, (i, j): (usize, us
             }
         }
         Mass::Consistent => {
-            let share = if i == j { 2.0 } else { 1.0 };
-            content.mass.iter().sum::<f64>() * share / (N * (N + 1)) as f64
+            let weight = if i == j { 2.0 } else { 1.0 };
+            content.mass.iter().sum::<f64>() * weight / (N * (N + 1)) as f64
         }
     }
 }
@@ -121,7 +121,7 @@ pub fn block<const D: usize, const N: usize>(
     (i, j): (usize, usize),
 ) -> Block<N> {
     let (g, volume) = (&simplex.gradient, simplex.volume);
-    let share = volume / N as f64;
+    let nodal_volume = volume / N as f64;
     let stiffness = content.viscosity * volume;
     let both = g[i].dot(g[j]);
     let inertia = mass(content, equations.mass, (i, j)) / equations.delta;
@@ -132,14 +132,14 @@ pub fn block<const D: usize, const N: usize>(
             a[r][s] = stiffness * g[i][s] * g[j][r];
         }
         a[r][r] += stiffness * both + inertia;
-        a[r][D] = -share * g[i][r];
-        a[D][r] = -share * g[j][r];
+        a[r][D] = -nodal_volume * g[i][r];
+        a[D][r] = -nodal_volume * g[j][r];
     }
     // Becker (20): −τ times the Laplacian of the pressure; theory (F.22), (F.23).
     a[D][D] = -content.tau * content.volume_over_density * both;
     if equations.stabilisation.has_inertia() {
         for s in 0..D {
-            a[D][s] -= content.tau / equations.delta * share * g[i][s];
+            a[D][s] -= content.tau / equations.delta * nodal_volume * g[i][s];
         }
     }
     a

@@ -94,8 +94,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     ) -> FluidPart<D, N> {
         let media =
             pair.map(|fluid| Medium { density: self.contents.density[fluid], viscosity: self.viscosity(e, fluid) });
-        let share = region.negative_volume(e, &level) / region.volume(e).max(f64::MIN_POSITIVE);
-        let mean = |of: fn(&Medium) -> f64| share * of(&media[0]) + (1.0 - share) * of(&media[1]);
+        let negative_fraction = region.negative_volume(e, &level) / region.volume(e).max(f64::MIN_POSITIVE);
+        let mean =
+            |of: fn(&Medium) -> f64| negative_fraction * of(&media[0]) + (1.0 - negative_fraction) * of(&media[1]);
         let mean = Medium { density: mean(|medium| medium.density), viscosity: mean(|medium| medium.viscosity) };
         let sides = [true, false].map(|negative| level.map(|phi| (phi < 0.0) == negative));
         let enrichment = match self.physics.enrichment {

@@ -66,7 +66,7 @@ impl<const D: usize, const N: usize> ElementContents<D, N> {
         Some(&self.cuts[place])
     }
 
-    /// Mass of a node: its share of what fills the elements around it [kg].
+    /// Mass of a node: its part of what fills the elements around it [kg].
     pub fn nodal_mass(&self, mesh: &Mesh<D, N>, node: usize) -> f64 {
         let around = mesh.elements_around(node).iter().map(|&e| e as usize);
         let own = |e: usize| {

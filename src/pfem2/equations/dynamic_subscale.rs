@@ -37,16 +37,16 @@ impl<const D: usize> DynamicSubscales<D> {
     }
 
     /// Finds ũ̂ of a step of length `dt` [s] in a flow with these nodal velocities [m/s], in which the accelerations at
-    /// its start and of the step before have these shares; `size`: of the elements [m].
+    /// its start and of the step before have these weights; `size`: of the elements [m].
     pub(super) fn carry<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
         size: &[f64],
         velocity: &[Vector<D>],
         dt: f64,
-        shares: [f64; 2],
+        weights: [f64; 2],
     ) {
-        let [last, earlier] = shares.map(|share| share * dt);
+        let [last, earlier] = weights.map(|weight| weight * dt);
         self.convected = parallel::collect(self.velocity.len(), 256, |e| {
             let nodes = mesh.elements()[e];
             let speed = nodes.iter().map(|&i| velocity[i as usize]).sum::<Vector<D>>().norm() / N as f64;

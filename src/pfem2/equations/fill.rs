@@ -81,8 +81,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let sources = cut.sides().map(|own| drive.forces_of(&self.equations, own));
         let residual = ResidualTerms { source: sources, convected: &drive.convected, inertia: delay };
         let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, residual).beside(walls);
-        let share = cut.negative_share();
-        let source = sources[0] * share + sources[1] * (1.0 - share) + drive.inertia(&self.equations);
+        let negative_fraction = cut.negative_fraction();
+        let source =
+            sources[0] * negative_fraction + sources[1] * (1.0 - negative_fraction) + drive.inertia(&self.equations);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
         let tension = surface_tension::forces(&level, &x, simplex, tension, self.mesh_data.outlets[e]);

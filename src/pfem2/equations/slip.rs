@@ -29,10 +29,10 @@ pub fn press<const D: usize, const N: usize>(
     slip: u8,
     (i, j): (usize, usize),
 ) {
-    let share = if i == j { 2.0 } else { 1.0 } / (D * (D + 1)) as f64;
+    let weight = if i == j { 2.0 } else { 1.0 } / (D * (D + 1)) as f64;
     for k in (0..N).filter(|&k| k != i && k != j && slip >> k & 1 == 1) {
         let area = simplex.facet_area(k);
-        (0..D).for_each(|r| block[r][D] += share * area[r]);
+        (0..D).for_each(|r| block[r][D] += weight * area[r]);
     }
 }
 

@@ -8,14 +8,14 @@ use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::element::Stabilisation;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::solid::cut::ElementState;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
-    /// Finds ũ̂ of a step, in which accelerations have these shares.
-    pub(in crate::pfem2) fn carry_subscales(&mut self, step: ThetaStep, shares: StepShares) {
-        let shares = [shares.start, shares.earlier];
-        self.subscales.dynamic.carry(&self.mesh, &self.mesh_data.size, &self.velocity, step.dt, shares);
+    /// Finds ũ̂ of a step, in which accelerations have these `step_weights`.
+    pub(in crate::pfem2) fn carry_subscales(&mut self, step: ThetaStep, step_weights: StepWeights) {
+        let weights = [step_weights.start, step_weights.earlier];
+        self.subscales.dynamic.carry(&self.mesh, &self.mesh_data.size, &self.velocity, step.dt, weights);
     }
 
     /// Finds the velocity ũ of the subscales that belongs to the solution: of those that keep it, and of others where

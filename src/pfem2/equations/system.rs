@@ -5,7 +5,7 @@
 //! ```
 //!
 //! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
-//! the share 1 − θ of the last acceleration (see `step/mod.rs`).
+//! the weight 1 − θ of the last acceleration (see `step/mod.rs`).
 
 use super::assemble::ElementEquations;
 use super::contents::ElementContents;
@@ -257,7 +257,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.mesh_data.size[element]
     }
 
-    /// Mass of a node: its share of what fills the elements around it [kg].
+    /// Mass of a node: its part of what fills the elements around it [kg].
     pub(in crate::pfem2) fn nodal_mass(&self, node: usize) -> f64 {
         self.contents.nodal_mass(&self.mesh, node)
     }

@@ -59,7 +59,7 @@ impl<const D: usize, const N: usize> ViscousFlow<'_, D, N> {
         parallel::collect(nodes, 256, |i| own[i].unwrap_or_else(|| mean_around(mesh, i, &own)))
     }
 
-    /// Force of an element on its node `i` [N], and its share of the mass there [kg].
+    /// Force of an element on its node `i` [N], and its part of the mass there [kg].
     fn at_node(&self, e: usize, i: usize, cut: &[CutForces<D, N>]) -> (Vector<D>, f64) {
         let nodes = &self.mesh.elements()[e];
         let k = nodes.iter().position(|&node| node as usize == i).unwrap_or(0);
@@ -75,13 +75,13 @@ impl<const D: usize, const N: usize> ViscousFlow<'_, D, N> {
     }
 
     fn in_cut_element(&self, immersed: &Immersed<D, N>, place: usize) -> CutForces<D, N> {
-        let CutBySolid { element, share, .. } = immersed.cut.elements[place];
+        let CutBySolid { element, volume_fraction, .. } = immersed.cut.elements[place];
         let Content { mass, viscosity, .. } = &self.contents[element as usize];
-        let volume = self.mesh.simplex(element as usize).volume * share;
+        let volume = self.mesh.simplex(element as usize).volume * volume_fraction;
         if volume == 0.0 {
             return [(Vector::ZERO, 0.0); N];
         }
-        let medium = Medium { density: mass.iter().sum::<f64>() / volume, viscosity: viscosity / share };
+        let medium = Medium { density: mass.iter().sum::<f64>() / volume, viscosity: viscosity / volume_fraction };
         immersed.viscous_forces(self.mesh, place, medium, self.velocity)
     }
 }

@@ -43,7 +43,7 @@ impl<const D: usize, const N: usize> ElementSums<D, N> {
     };
 
     /// Part of the element's particles that are of solids, n_s/n_e; `None` without particles.
-    pub fn solid_share(&self) -> Option<f64> {
+    pub fn solid_fraction(&self) -> Option<f64> {
         let all = self.count[0] + self.count[1];
         (all > 0.0).then(|| self.count[1] / all)
     }

@@ -79,7 +79,7 @@ impl<const N: usize> SplitPressure<N> {
         let [solid, fluid] = cut.sides();
         let side = |negative: bool, k: usize| {
             let parts = cut.parts.iter().filter(|part| part.negative == negative);
-            parts.map(|part| volume * part.share * part.center[k]).sum::<f64>()
+            parts.map(|part| volume * part.volume_fraction * part.center[k]).sum::<f64>()
         };
         let mean = |nodes: [bool; N]| {
             let own = || (0..N).filter(|&k| nodes[k]);

@@ -59,7 +59,7 @@ pub struct ParticleSolids<const D: usize, const N: usize> {
 /// Filling of an element that isn't cut.
 struct Mixture {
     /// Part of its volume that is solid.
-    share: f64,
+    solid_fraction: f64,
     /// Shear modulus of that [Pa].
     shear: f64,
     /// 1/κ of that [1/Pa].
@@ -162,29 +162,29 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     fn unsplit(&self, around: &SurroundingFluid<'_, D, N>, e: usize, solid: usize) -> (SolidElement<D, N>, Content<N>) {
         let (volume, dt) = (around.mesh.simplex(e).volume, around.equations.delta);
         let nodes = around.mesh.elements()[e].map(|node| node as usize);
-        let Mixture { share, shear, compliance, solid_density, density } = self.mixture(e, solid);
+        let Mixture { solid_fraction, shear, compliance, solid_density, density } = self.mixture(e, solid);
         let is_solid = self.sums[e].count[1] > 0.0 && nodes.iter().all(|&i| self.nodal.solid[i]);
-        let (of_fluid, corner) = (1.0 - share, volume / N as f64);
+        let (of_fluid, corner) = (1.0 - solid_fraction, volume / N as f64);
         let viscosity = if of_fluid > 0.0 { (around.viscosity)(e) * of_fluid } else { 0.0 };
         let content = self.content(e, volume, density, viscosity);
-        let medium = Medium { density, viscosity: viscosity + shear * dt * share };
+        let medium = Medium { density, viscosity: viscosity + shear * dt * solid_fraction };
         let tau = if of_fluid > 0.0 { (around.tau)(e, medium) } else { 0.0 };
         let mass = |i, j| element::mass(&content, around.equations.mass, (i, j));
         let integrals = ElementIntegrals {
             mass: std::array::from_fn(|i| std::array::from_fn(|j| mass(i, j))),
             // Becker (22); theory (K.7).
             rate: if is_solid { 2.0 / dt } else { 1.0 / dt },
-            elastic: dt * shear * share * volume,
+            elastic: dt * shear * solid_fraction * volume,
             viscous: viscosity * volume,
             own: [corner; N],
-            compression: [share * corner * compliance / dt; N],
+            compression: [solid_fraction * corner * compliance / dt; N],
             ghost: 0.0,
             diffusion: tau * of_fluid * volume / density,
         };
         let part = SolidPart {
-            volume: share * volume,
-            mass: [share * corner * solid_density; N],
-            weights: [share * corner; N],
+            volume: solid_fraction * volume,
+            mass: [solid_fraction * corner * solid_density; N],
+            weights: [solid_fraction * corner; N],
             stress: self.mean_stress(around.mesh, e),
             shear,
             rate: integrals.rate,
@@ -197,15 +197,15 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// Filling of an element that isn't cut, by its particles; without any, its solid.
     fn mixture(&self, e: usize, solid: usize) -> Mixture {
         let (sums, law) = (&self.sums[e], &self.setups[solid].law);
-        let share = sums.solid_share().unwrap_or(1.0);
+        let solid_fraction = sums.solid_fraction().unwrap_or(1.0);
         let mean = |sum: f64, own: f64| if sums.count[1] > 0.0 { sum / sums.count[1] } else { own };
         let solid_density = mean(sums.solid_density, law.density);
         Mixture {
-            share,
+            solid_fraction,
             shear: mean(sums.shear, law.shear),
             compliance: mean(sums.compliance, 1.0 / law.bulk),
             solid_density,
-            density: share * solid_density + (1.0 - share) * self.fluid_density,
+            density: solid_fraction * solid_density + (1.0 - solid_fraction) * self.fluid_density,
         }
     }
 
@@ -241,11 +241,11 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         if let GhostPressures::Given(given) = &self.ghosts {
             split.estimate = given[e];
         }
-        let (content, share, rate) = (cut.content(volume, |_| 0.0), cut.negative_share(), 1.0 / dt);
+        let (content, solid_fraction, rate) = (cut.content(volume, |_| 0.0), cut.negative_fraction(), 1.0 / dt);
         let integrals = ElementIntegrals {
             mass: cut_mass(&cut, volume, around.equations.mass, &content),
             rate,
-            elastic: dt * law.shear * share * volume,
+            elastic: dt * law.shear * solid_fraction * volume,
             viscous: content.viscosity * volume,
             own: split.own,
             compression: split.own.map(|own| own / (law.bulk * dt)),
@@ -253,7 +253,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             diffusion: 0.0,
         };
         let part = SolidPart {
-            volume: share * volume,
+            volume: solid_fraction * volume,
             mass: split.in_solid().map(|weight| law.density * weight),
             weights: split.in_solid(),
             stress: self.mean_stress(around.mesh, e),

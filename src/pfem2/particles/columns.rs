@@ -1,6 +1,6 @@
 //! Particles of PFEM-2: columns sorted by element.
 //!
-//! Particles carry velocity and fluid, no mass: a particle stands for V_e/n_e, its share of the element that it is
+//! Particles carry velocity and fluid, no mass: a particle stands for V_e/n_e, its part of the element that it is
 //! in (theory F.3). Those of an element follow one another; a stable counting sort ([`Groups`]) restores this after
 //! every motion.
 

@@ -10,7 +10,7 @@
 //! node that both reach is lost, as the mesh has one velocity for both.
 //!
 //! Keeping increments (α = 0, as the paper) never damps what the particles of an element have against each other, of
-//! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
+//! which the mesh knows nothing. The small fraction α of the mesh velocity removes it within the time T, whatever the
 //! step; what it takes from resolved motion is a viscosity of about h²/10T.
 //!
 //! Projectiles, heavy particles in a light fluid (Becker (36); theory G.13), take the increments of their side of the
@@ -33,7 +33,7 @@ pub struct Correction<'a, const D: usize> {
     pub increment: &'a [&'a [Vector<D>]],
     /// Velocity of the nodes after the step, v_i [m/s].
     pub velocity: &'a [Vector<D>],
-    /// The share α of the mesh velocity.
+    /// The fraction α of the mesh velocity.
     pub filter: f64,
     /// The correction of projectiles, if a fluid has any.
     pub projectiles: Option<ProjectileCorrection<'a, D>>,
@@ -48,7 +48,7 @@ pub struct ProjectileCorrection<'a, const D: usize> {
     pub fall_time: f64,
 }
 
-/// The share of the mesh velocity that removes noise within the time `relaxation` [s]: 1 − e^(−dt/T).
+/// The fraction of the mesh velocity that removes noise within the time `relaxation` [s]: 1 − e^(−dt/T).
 pub fn filter(dt: f64, relaxation: f64) -> f64 {
     -(-dt / relaxation).exp_m1()
 }
@@ -153,8 +153,9 @@ mod tests {
         let momentum = |particles: &Particles<2>| {
             let of = |e: usize| {
                 let (own, volume) = (particles.of(e), mesh.simplex(e).volume);
-                let share = volume / own.len() as f64;
-                own.map(|p| particles.velocity[p] * (share * DENSITY[particles.phase[p] as usize])).sum::<Vector<2>>()
+                let particle_volume = volume / own.len() as f64;
+                own.map(|p| particles.velocity[p] * (particle_volume * DENSITY[particles.phase[p] as usize]))
+                    .sum::<Vector<2>>()
             };
             (0..mesh.elements().len()).map(of).sum::<Vector<2>>()
         };
@@ -171,9 +172,9 @@ mod tests {
         assert!((momentum(&particles) - start).norm() < 1e-12 * start.norm());
         let projected =
             project(&mesh, &particles, &DENSITY, AveragingKernel::Linear, &still, &|e| mesh.simplex(e).volume);
-        for (node, share) in projected.fraction[0].iter().enumerate() {
+        for (node, fraction) in projected.fraction[0].iter().enumerate() {
             let air = projected.velocity.own[1][node][0];
-            assert!(!(0.1..0.9).contains(share) || air.abs() < 0.05, "{share} {air}");
+            assert!(!(0.1..0.9).contains(fraction) || air.abs() < 0.05, "{fraction} {air}");
         }
         let far = particles.position.iter().zip(&particles.velocity).filter(|(x, _)| x[1] > 5.0 / 6.0);
         assert!(far.clone().count() > 100 && far.clone().all(|(_, v)| *v == Vector([1.0, 0.0])));

@@ -8,7 +8,7 @@
 
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::cut_element::{at_corners, negative_share, share, whole};
+use crate::pfem2::cut_element::{at_corners, negative_fraction, volume_fraction, whole};
 use crate::pfem2::solid::cut::{ElementState, SolidCut};
 use std::collections::BTreeSet;
 
@@ -46,8 +46,8 @@ impl<'a, const D: usize, const N: usize> FluidRegion<'a, D, N> {
     /// Volume of the fluids in an element where the φ with these nodal values is negative [m³].
     pub fn negative_volume(&self, element: usize, level: &[f64; N]) -> f64 {
         let volume = self.mesh.simplex(element).volume;
-        let Some(shapes) = self.cut_shapes(element) else { return volume * negative_share(level) };
-        let of = |corners: &[[f64; N]; N]| share(corners) * negative_share(&at_corners(corners, level));
+        let Some(shapes) = self.cut_shapes(element) else { return volume * negative_fraction(level) };
+        let of = |corners: &[[f64; N]; N]| volume_fraction(corners) * negative_fraction(&at_corners(corners, level));
         volume * shapes.iter().map(of).sum::<f64>()
     }
 

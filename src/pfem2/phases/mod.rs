@@ -163,7 +163,9 @@ impl<const N: usize> Filling<N> {
         let volume = region.volume(element);
         match self {
             Self::Pure(fluid) => volumes[*fluid] += volume,
-            Self::Mixed(shares) => volumes.iter_mut().zip(shares).for_each(|(own, share)| *own += share * volume),
+            Self::Mixed(fractions) => {
+                volumes.iter_mut().zip(fractions).for_each(|(own, fraction)| *own += fraction * volume)
+            }
             Self::Cut([heavy, light], level) => {
                 let own = region.negative_volume(element, level);
                 volumes[*heavy] += own;
@@ -234,8 +236,8 @@ mod tests {
     fn three_fluids_meet_in_a_mixture_and_pairs_in_a_cut() {
         let fraction = [vec![0.9, 0.0, 0.0], vec![0.1, 1.0, 0.25], vec![0.0, 0.0, 0.75]];
         let phases = Phases { list: &PhaseList::fluids(&DENSITY), fraction: &fraction, level: &[] };
-        let Filling::Mixed(shares) = phases.filling(&[0, 1, 2]) else { panic!("three fluids are a mixture") };
-        assert!((shares[0] - 0.3).abs() < 1e-15 && (shares[2] - 0.25).abs() < 1e-15);
+        let Filling::Mixed(fractions) = phases.filling(&[0, 1, 2]) else { panic!("three fluids are a mixture") };
+        assert!((fractions[0] - 0.3).abs() < 1e-15 && (fractions[2] - 0.25).abs() < 1e-15);
         assert_eq!(phases.filling(&[1, 2, 2]), Filling::Cut([1, 2], [-1.0, 0.5, 0.5]));
         let content = phases.filling(&[0, 1, 2]).content(2.0, &DENSITY, |_| 1.0, |_| 1.0, |_| 1.0);
         let mass = 2.0 * (0.3 * 1.0 + 0.45 * 1000.0 + 0.25 * 800.0);

@@ -2,12 +2,12 @@
 //! (theory G.7).
 //!
 //! Velocities are linear on a piece, so that sums over pieces of volume times the value at the centre are exact
-//! integrals. A box cuts the pieces again, side by side. Of an element of more than two fluids each has its share
+//! integrals. A box cuts the pieces again, side by side. Of an element of more than two fluids each has its fraction
 //! everywhere.
 
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
-use crate::pfem2::cut_element::{at_corners, inner, negative_side, share};
+use crate::pfem2::cut_element::{at_corners, inner, negative_side, volume_fraction};
 use crate::pfem2::particles::interpolate;
 use crate::pfem2::phases::Filling;
 use crate::simulation::{Field, PointSet};
@@ -64,12 +64,13 @@ fn of_element<const D: usize, const N: usize>(
     let piece = |corners: &[[f64; N]; N]| {
         let center = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / N as f64);
         let (center, velocity) = (interpolate(&center, &x), interpolate(&center, &v));
-        FilledSimplex { center, velocity, volume: volume * share(corners) }
+        FilledSimplex { center, velocity, volume: volume * volume_fraction(corners) }
     };
     clipped(parts, &x, bounds).iter().map(piece).collect()
 }
 
-/// Simplices of an element that a fluid fills, by barycentric corners, and its share of them; none if it isn't there.
+/// Simplices of an element that a fluid fills, by barycentric corners, and its fraction of them; none if it isn't
+/// there.
 fn parts<const D: usize, const N: usize>(
     pfem: &Pfem2<D, N>,
     fluid: usize,
@@ -85,7 +86,7 @@ fn parts<const D: usize, const N: usize>(
     };
     match pfem.interface.phases().filling(&pfem.system.mesh.elements()[e]) {
         Filling::Pure(own) => (own == fluid).then(|| (simplices(), 1.0)),
-        Filling::Mixed(shares) => Some((simplices(), shares[fluid])),
+        Filling::Mixed(fractions) => Some((simplices(), fractions[fluid])),
         Filling::Cut([heavy, _], level) if heavy == fluid => negative(level),
         Filling::Cut([_, light], level) if light == fluid => negative(level.map(|phi| -phi)),
         Filling::Cut(..) => None,

@@ -53,7 +53,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         if self.steps == 0 && self.history.scheme != Scheme::BackwardEuler && self.history.dt_previous != dt {
             self.predict_first_step(ThetaStep { t, dt, theta: 1.0 }).map_err(at)?;
         }
-        let theta = self.history.implicit_share(dt);
+        let theta = self.history.implicit_weight(dt);
         self.advance(ThetaStep { t, dt, theta }).map_err(at)?;
         let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.prediction_error));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);

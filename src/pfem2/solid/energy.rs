@@ -8,7 +8,7 @@
 //! The fluid does on the cut points the work that the solid takes, in one system: it enters neither, and cancels in
 //! their sum.
 
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::simulation::TermKind::{Gain, Stored};
 use crate::simulation::{BalanceTerm, CompensatedSum, Record};
 use bytemuck::{Pod, Zeroable};
@@ -58,7 +58,7 @@ impl SolidEnergy {
         Self { last: state, earlier: state, stored: state.kinetic + state.strain, ..Self::default() }
     }
 
-    /// Takes the powers of the predicted step for those at the start, of which the first step takes its explicit share.
+    /// Takes the powers of the predicted step for those at the start, of which the first step takes its explicit part.
     /// Energies stay those of the start.
     pub fn begin(&mut self, predicted: SolidEnergies) {
         let SolidEnergies { gravity, supports, .. } = predicted;
@@ -66,10 +66,13 @@ impl SolidEnergy {
         self.earlier = self.last;
     }
 
-    /// Adds a step by its `shares` with the state at its end.
-    pub fn add(&mut self, shares: StepShares, now: SolidEnergies) {
+    /// Adds a step by its `step_weights` with the state at its end.
+    pub fn add(&mut self, step_weights: StepWeights, now: SolidEnergies) {
         let work = |of: fn(&SolidEnergies) -> f64| {
-            shares.dt * (shares.end * of(&now) + shares.start * of(&self.last) + shares.earlier * of(&self.earlier))
+            step_weights.dt
+                * (step_weights.end * of(&now)
+                    + step_weights.start * of(&self.last)
+                    + step_weights.earlier * of(&self.earlier))
         };
         let [gravity, supports] = [work(|state| state.gravity), work(|state| state.supports)];
         self.gravity.add(gravity);
@@ -106,7 +109,7 @@ impl SolidEnergy {
 mod tests {
     use super::*;
 
-    /// A fall: ½ g² t² of kinetic energy per mass, all of it from gravity, with the shares of the trapezoidal rule.
+    /// A fall: ½ g² t² of kinetic energy per mass, all of it from gravity, with the weights of the trapezoidal rule.
     #[test]
     fn a_falling_solid_gains_what_gravity_gives() {
         let at = |t: f64| SolidEnergies {
@@ -115,8 +118,8 @@ mod tests {
             ..SolidEnergies::default()
         };
         let mut energy = SolidEnergy::open(at(0.0));
-        let shares = StepShares { dt: 0.1, end: 0.5, start: 0.5, earlier: 0.0 };
-        (1..=10).for_each(|n| energy.add(shares, at(0.1 * f64::from(n))));
+        let step_weights = StepWeights { dt: 0.1, end: 0.5, start: 0.5, earlier: 0.0 };
+        (1..=10).for_each(|n| energy.add(step_weights, at(0.1 * f64::from(n))));
         assert!(energy.gained().abs() < 1e-12 && energy.largest() > 48.0, "{}", energy.gained());
     }
 

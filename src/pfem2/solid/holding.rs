@@ -7,8 +7,8 @@
 //! F   = Σ_i c_i f                                         walls and solids on a solid, over its contacts
 //! ```
 //!
-//! f is the force of the fluid on a node. Impulses, of contacts of rigid solids and of the supports of these, have no
-//! share in later steps (theory (J.16a)).
+//! f is the force of the fluid on a node. Impulses, of contacts of rigid solids and of the supports of these, take no
+//! part in later steps (theory (J.16a)).
 
 use super::contact::step::StepContacts;
 use super::rigid::RigidLoad;
@@ -44,7 +44,7 @@ pub(in crate::pfem2) struct HoldingForce<const D: usize> {
 /// Forces at the end of a step.
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct HoldingForces<const D: usize> {
-    /// Those with a share in the next step.
+    /// Those that take part in the next step.
     pub lasting: Vec<HoldingForce<D>>,
     /// Those of impulses, which act for Δ alone.
     pub impulses: Vec<HoldingForce<D>>,
@@ -214,9 +214,9 @@ impl<const D: usize> StepEnd<'_, D> {
             Holder::Spring(index) => {
                 let (spring, first) =
                     (&self.structure.setups()[solid].springs[index], self.structure.nodes_of(solid).start);
-                let pull = |&(node, share): &(u32, f64)| {
+                let pull = |&(node, weight): &(u32, f64)| {
                     let node = first + node as usize;
-                    (node, self.structure.pull_on_spring(spring, node) * share)
+                    (node, self.structure.pull_on_spring(spring, node) * weight)
                 };
                 (self.sum(solid, &spring.weights.iter().map(pull).collect::<Vec<_>>()), none)
             }

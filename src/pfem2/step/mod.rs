@@ -3,9 +3,9 @@
 //!
 //! ```text
 //! paper         x_p along vⁿ for Δt                          M (vⁿ⁺¹ − v̂)/Δt = forces(vⁿ⁺¹, pⁿ⁺¹)
-//! second order  v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹)                  explicit share, before the particle moves
+//! second order  v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹)                  explicit part, before the particle moves
 //!               x_p along v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ      the velocity at the middle of the step
-//!               M (vⁿ⁺¹ − v̂)/(θΔt) = forces(vⁿ⁺¹, pⁿ⁺¹)      implicit share, aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/(θΔt)
+//!               M (vⁿ⁺¹ − v̂)/(θΔt) = forces(vⁿ⁺¹, pⁿ⁺¹)      implicit part, aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/(θΔt)
 //!               β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂
 //! ```
 //!
@@ -151,7 +151,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         timed!(self.timer, "solids", self.particles.rotate_stresses(step, &self.system));
         // Predict u* of solids, and cut the mesh at their surface: theory J.1, J.2.
         timed!(self.timer, "solids", self.predict_solids(step)?);
-        // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
+        // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit part: theory (F.3).
         let (history, system, interface) = (&self.history, &self.system, &self.interface);
         timed!(self.timer, "explicit", self.particles.accelerate(step, history, system, interface));
         // Convect, along the streamlines of v*: Becker (34)–(36), theory (F.4).
@@ -243,15 +243,15 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// # Errors
     /// An element of a solid is turned inside out.
     pub(super) fn advance_solids(&mut self, step: ThetaStep) -> Result<(), StepError> {
-        let shares = self.history.shares(step);
+        let step_weights = self.history.step_weights(step);
         let Some(solids) = &mut self.solids else { return Ok(()) };
-        solids.advance(step, shares, &self.system)
+        solids.advance(step, step_weights, &self.system)
     }
 
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
     pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: ThetaStep) {
         self.interface.count_outflow(flow, &self.system);
-        self.system.carry_subscales(step, self.history.shares(step));
+        self.system.carry_subscales(step, self.history.step_weights(step));
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
@@ -267,13 +267,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Forces on the boundary, and the energy balance.
     fn account(&mut self, step: ThetaStep, convected: &[Vector<D>]) {
         let Self { system, interface, forces, balance, .. } = self;
-        let shares = self.history.shares(step);
-        let action = forces.update(system, step, convected, shares);
+        let step_weights = self.history.step_weights(step);
+        let action = forces.update(system, step, convected, step_weights);
         interface.trace(system);
         if let (Some(energy), Some(solids)) = (&mut balance.solids, &self.solids) {
-            energy.add(shares, solids.last.energies);
+            energy.add(step_weights, solids.last.energies);
         }
-        balance.add(shares, self.steps == 0, system, interface, action);
+        balance.add(step_weights, self.steps == 0, system, interface, action);
     }
 
     /// Forces of the fluid on solids on particles, the watch over their volume, and their energy.

@@ -6,7 +6,7 @@
 //! a⁰ ← a¹,  v⁻¹ ← 2 v⁰ − v¹,  π⁰ ← π¹         at the nodes, so that v* = ½ (v⁰ + v¹)
 //! ```
 //!
-//! All three, and the forces that the first step's explicit share is booked with, are known up to O(Δt) at a fixed
+//! All three, and the forces that the first step's explicit part is booked with, are known up to O(Δt) at a fixed
 //! place, which leaves an error of O(Δt²) in the first step; in a steady flow they are exact. Backward Euler instead
 //! would turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure
 //! gradient π of the stabilisation counts as much: with π⁰ = 0, fluid that accelerates would be as compressible in

@@ -175,7 +175,7 @@ fn the_added_mass_does_not_grow_with_the_number_of_steps() {
 /// A disc as heavy as water that moves in water at rest hits it: of its momentum, with the impulse of the vessel,
 /// C/(1 + C) of its energy goes at once, and the run says so.
 #[test]
-fn a_solid_launched_into_fluid_at_rest_loses_the_share_of_its_added_mass() {
+fn a_solid_launched_into_fluid_at_rest_loses_the_fraction_of_its_added_mass() {
     let radius = 0.4_f64;
     let added = (1.0 + radius * radius) / (1.0 - radius * radius);
     let mesh = vessel();

@@ -48,10 +48,10 @@ fn flow_out(pfem: &Pfem2<2, 3>, of: impl Fn(usize) -> bool) -> [f64; 2] {
 /// Rate at which the block takes up area in the step [m²/s].
 fn swells(pfem: &Pfem2<2, 3>) -> f64 {
     let structure = &pfem.solids.as_ref().unwrap().structure;
-    let at = |share: f64| -> f64 {
+    let at = |fraction: f64| -> f64 {
         let places =
             structure.setups()[0].mesh.nodes.iter().zip(&structure.state.displacement).zip(&structure.state.velocity);
-        structure.volume(&places.map(|((x, u), v)| *x + *u + *v * (share * DT)).collect::<Vec<_>>())
+        structure.volume(&places.map(|((x, u), v)| *x + *u + *v * (fraction * DT)).collect::<Vec<_>>())
     };
     (at(0.5) - at(-0.5)) / DT
 }

@@ -158,8 +158,8 @@ fn march<const D: usize, const N: usize>(
     let (mut now, mut earlier) = (still.clone(), still);
     for k in 0..steps {
         let step = ThetaStep { t: k as f64 * dt, dt, theta: if k == 0 { 1.0 } else { theta } };
-        let share = if k == 0 { 0.0 } else { step.theta - 0.5 };
-        let kick = |i: usize| now[i] * ((1.0 - step.theta - share) * dt) + earlier[i] * (share * dt);
+        let weight = if k == 0 { 0.0 } else { step.theta - 0.5 };
+        let kick = |i: usize| now[i] * ((1.0 - step.theta - weight) * dt) + earlier[i] * (weight * dt);
         let mut convected: Vec<Vector<D>> = system.velocity.iter().enumerate().map(|(i, v)| *v + kick(i)).collect();
         system.boundary.impose(&system.mesh, step, &mut convected);
         system.solve(step, phases, &convected).unwrap();

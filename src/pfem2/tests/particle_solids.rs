@@ -145,7 +145,7 @@ fn the_split_pressure_is_a_partition_of_the_standard_one() {
                 assert!((whole - simplex.volume / N as f64).abs() < 1e-14, "{whole}");
             }
             let inside: f64 = split.in_solid().iter().sum();
-            assert!((inside - cut.negative_share() * simplex.volume).abs() < 1e-14);
+            assert!((inside - cut.negative_fraction() * simplex.volume).abs() < 1e-14);
             // ∫φ over the side where it is negative is negative, and with that of the other side that of the whole.
             let integral = |weights: [f64; N]| weights.iter().zip(&level).map(|(w, phi)| w * phi).sum::<f64>();
             let all = integral([simplex.volume / N as f64; N]);

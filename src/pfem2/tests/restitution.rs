@@ -62,7 +62,7 @@ fn a_ball_that_falls_bounces_to_the_square_of_its_restitution() {
     let risen = pfem.solids.as_ref().unwrap().structure.state.displacement[0][1] + height;
     let expected = restitution * restitution * height;
     assert!((risen / expected - 1.0).abs() < 0.06, "{risen} {expected}");
-    // The work of a step is complete after two more, which take their shares of its powers.
+    // The work of a step is complete after two more, which take their parts of its powers.
     let [before, after] = [gained[bounce - 1], gained[bounce + 3]];
     assert!((after - before).abs() < 0.002 && gained.iter().all(|gained| *gained < 0.0), "{before} {after}");
 }

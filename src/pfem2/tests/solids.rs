@@ -451,9 +451,9 @@ fn error_of_an_even_pressure<const D: usize, const N: usize>(
 /// An even pressure acts on each node of a solid with ∫ N_a n dA, whatever lies closer, its nodes or those of the mesh:
 /// to rounding in the plane, and in space to 4 % of the largest away from edges and 10 % at edges away from corners,
 /// since triangles between cut points aren't divided along the sides of facets. From cut points alone it would be off
-/// by three times the share.
+/// by three times that part.
 #[test]
-fn an_even_pressure_pushes_each_node_with_its_share_of_the_surface() {
+fn an_even_pressure_pushes_each_node_with_its_part_of_the_surface() {
     let law = || Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, 1e6, 0.3) });
     let corners = [Vector([0.33, 0.41]), Vector([0.71, 0.64])];
     for counts in [[1, 1], [3, 2], [8, 5]] {

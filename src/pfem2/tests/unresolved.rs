@@ -27,8 +27,8 @@ fn against_the_mesh(pfem: &Pfem2<2, 3>) -> Vec<f64> {
 fn momentum(pfem: &Pfem2<2, 3>) -> Vector<2> {
     let of = |e: usize| {
         let own = pfem.particles.columns.of(e);
-        let share = pfem.system.mesh.simplex(e).volume / own.len() as f64;
-        own.map(|p| pfem.particles.columns.velocity[p]).sum::<Vector<2>>() * share
+        let particle_volume = pfem.system.mesh.simplex(e).volume / own.len() as f64;
+        own.map(|p| pfem.particles.columns.velocity[p]).sum::<Vector<2>>() * particle_volume
     };
     (0..pfem.system.mesh.elements().len()).map(of).sum()
 }
@@ -36,8 +36,8 @@ fn momentum(pfem: &Pfem2<2, 3>) -> Vector<2> {
 fn energy(pfem: &Pfem2<2, 3>) -> f64 {
     let of = |e: usize| {
         let own = pfem.particles.columns.of(e);
-        let share = pfem.system.mesh.simplex(e).volume / own.len() as f64;
-        500.0 * share * own.map(|p| pfem.particles.columns.velocity[p].norm_squared()).sum::<f64>()
+        let particle_volume = pfem.system.mesh.simplex(e).volume / own.len() as f64;
+        500.0 * particle_volume * own.map(|p| pfem.particles.columns.velocity[p].norm_squared()).sum::<f64>()
     };
     (0..pfem.system.mesh.elements().len()).map(of).sum()
 }

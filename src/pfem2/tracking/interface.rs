@@ -24,11 +24,11 @@ pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
     pub sharp: Option<LevelSet>,
     /// The last shift of the level set [m].
     pub shift: f64,
-    /// The largest factor between the last weights of shares.
+    /// The largest factor between the last weights of fractions.
     pub weight: f64,
     /// Volume of the fluid inside the level set at the start, if shifts keep it [m³].
     pub kept_volume: Option<f64>,
-    /// Volume of each of several fluids at the start, if weights of their shares keep them [m³].
+    /// Volume of each of several fluids at the start, if weights of their fractions keep them [m³].
     pub kept_volumes: Option<Vec<f64>>,
     /// Volume that has left through open boundaries, of the fluid inside the level set and of both [m³].
     pub outflow: [f64; 2],
@@ -88,7 +88,7 @@ impl<const D: usize> InterfaceTracking<D> {
             _ => Vec::new(),
         };
         if self.list.count() > 2 {
-            self.weigh_shares(&region);
+            self.weigh_fractions(&region);
         }
         projected.velocity
     }

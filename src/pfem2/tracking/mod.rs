@@ -2,10 +2,10 @@
 //! the system of velocity and pressure.
 //!
 //! ```text
-//! interface         shares of fluids and level set at the nodes                          theory G.2, G.11
+//! interface         fractions of fluids and level set at the nodes                       theory G.2, G.11
 //! particles         the particles with their rules and events
 //! transport         the convective part of a step: motion, reseeding, and nodal values that go along
-//! volumes           the volume of each fluid, kept by shifts of φ or weights of shares   theory G.6
+//! volumes           the volume of each fluid, kept by shifts of φ or weights of fractions theory G.6
 //! unresolved        bound of the velocity of particles relative to the mesh              theory (F.37)
 //! stray             particles of one fluid deep inside the other                         theory G.5
 //! solids            solids on meshes: prediction, cut of the mesh, motion                theory J.1

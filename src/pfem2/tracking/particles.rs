@@ -111,13 +111,13 @@ impl<const D: usize> ParticleTracking<D> {
         Self { columns, rules, events: ParticleEvents::default(), unresolved_energy: 0.0 }
     }
 
-    /// Volume of a particle: its share of its element [m³], or per depth [m²].
+    /// Volume of a particle: its part of its element [m³], or per depth [m²].
     pub fn volume<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, particle: usize) -> f64 {
         let element = self.columns.element[particle] as usize;
         system.fluid_volume(element) / self.columns.of(element).len() as f64
     }
 
-    /// Adds the explicit share of the acceleration, Δt (β₁ aⁿ + β₂ aⁿ⁻¹), to the velocities (theory (F.3)).
+    /// Adds the explicit part of the acceleration, Δt (β₁ aⁿ + β₂ aⁿ⁻¹), to the velocities (theory (F.3)).
     pub fn accelerate<const N: usize>(
         &mut self,
         step: ThetaStep,
@@ -125,7 +125,7 @@ impl<const D: usize> ParticleTracking<D> {
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
     ) {
-        let [last, earlier] = history.explicit_shares(step);
+        let [last, earlier] = history.explicit_weights(step);
         if last + earlier != 0.0 {
             let increment = history.explicit_increment(step);
             let each = vec![&increment[..]; interface.list.count()];
@@ -158,7 +158,7 @@ impl<const D: usize> ParticleTracking<D> {
         self.join_surrounding_fluid(system, interface);
     }
 
-    /// Adds nodal increments for each fluid [m/s], which took the time `dt` [s], with the share `filter` of the mesh
+    /// Adds nodal increments for each fluid [m/s], which took the time `dt` [s], with the fraction `filter` of the mesh
     /// velocity.
     fn add_increment<const N: usize>(
         &mut self,

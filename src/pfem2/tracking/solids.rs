@@ -7,7 +7,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::ThetaStep;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::pfem2::history::{StepShares, TimeHistory};
+use crate::pfem2::history::{StepWeights, TimeHistory};
 use crate::pfem2::moments;
 use crate::pfem2::solid::contact::step::{ContactPrediction, DEPTH, StepContacts};
 use crate::pfem2::solid::coupling::immersed::Immersed;
@@ -124,11 +124,11 @@ impl<const D: usize> SolidTracking<D> {
         history: &TimeHistory<D>,
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
-        let (shares, weights) = match self.last.backward_steps {
-            0 => (history.shares(step), history.convecting_weights(step)),
-            _ => (StepShares::backward_euler(step.dt), [1.0, 0.0, 0.0]),
+        let (step_weights, weights) = match self.last.backward_steps {
+            0 => (history.step_weights(step), history.convecting_weights(step)),
+            _ => (StepWeights::backward_euler(step.dt), [1.0, 0.0, 0.0]),
         };
-        let prediction = self.structure.predict(step.end(), shares, weights)?;
+        let prediction = self.structure.predict(step.end(), step_weights, weights)?;
         (self.last.solutions, self.first) = (1, None);
         self.linearise(self.solid_step(step), prediction, system)
     }
@@ -218,7 +218,7 @@ impl<const D: usize> SolidTracking<D> {
     /// As [`SolidTracking::predict`].
     fn by_backward_euler(&self, step: ThetaStep, prediction: Prediction<D>) -> Result<Prediction<D>, StepError> {
         let Prediction { displacement, found, .. } = prediction;
-        let hats = self.structure.predict(step.end(), StepShares::backward_euler(step.dt), [1.0, 0.0, 0.0])?;
+        let hats = self.structure.predict(step.end(), StepWeights::backward_euler(step.dt), [1.0, 0.0, 0.0])?;
         Ok(Prediction { displacement, found, ..hats })
     }
 
@@ -283,13 +283,14 @@ impl<const D: usize> SolidTracking<D> {
     pub fn advance<const N: usize>(
         &mut self,
         step: ThetaStep,
-        shares: StepShares,
+        step_weights: StepWeights,
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, self.prediction.take()) else { return Ok(()) };
         let step = self.solid_step(step);
         // After an impact the solids, and what holds them, have steps of backward Euler; the fluid has its own.
-        let own_shares = if self.last.backward_steps > 0 { StepShares::backward_euler(step.dt) } else { shares };
+        let own_weights =
+            if self.last.backward_steps > 0 { StepWeights::backward_euler(step.dt) } else { step_weights };
         self.last.backward_steps = self.last.backward_steps.saturating_sub(1);
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
 
@@ -301,7 +302,7 @@ impl<const D: usize> SolidTracking<D> {
             let Immersed { velocity, independent, .. } = immersed;
             let solved = SolvedStep { equations, velocity, independent, fluid: &at_prediction };
             powers = self.structure.powers(step, &prediction, &solved, &system.physics.gravity);
-            self.update_holding(step, own_shares, &prediction, &solved);
+            self.update_holding(step, own_weights, &prediction, &solved);
         }
         // The forces of the fluid on the surface at the end of the step, for outputs.
         let at_end = self.fluid_forces_at_end(at_prediction, &prediction);
@@ -313,8 +314,8 @@ impl<const D: usize> SolidTracking<D> {
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
         self.last.prediction_error = self.prediction_error(&system.mesh);
-        self.last.forces.update(self.structure.sums(&at_end), shares);
-        self.last.moments.update(self.moments(&at_end), shares);
+        self.last.forces.update(self.structure.sums(&at_end), step_weights);
+        self.last.moments.update(self.moments(&at_end), step_weights);
         self.last.nodal = at_end;
         Ok(())
     }
@@ -348,15 +349,15 @@ impl<const D: usize> SolidTracking<D> {
     fn update_holding(
         &mut self,
         step: ThetaStep,
-        shares: StepShares,
+        step_weights: StepWeights,
         prediction: &Prediction<D>,
         solved: &SolvedStep<'_, D>,
     ) {
         let (contacts, moment_points) = (&self.contacts, &self.moment_points[..]);
         let held = HeldStep { delta: step.delta(), prediction, solved, contacts, moment_points };
         let HoldingForces { lasting, impulses } = self.holders.measure(&self.structure, &held);
-        self.last.holding.update(lasting.iter().map(|all| all.force).collect(), shares);
-        self.last.holding_moments.update(lasting.iter().map(|all| all.moment).collect(), shares);
+        self.last.holding.update(lasting.iter().map(|all| all.force).collect(), step_weights);
+        self.last.holding_moments.update(lasting.iter().map(|all| all.moment).collect(), step_weights);
         let part = step.delta() / step.dt;
         self.last.holding.add_to_means(impulses.iter().map(|all| all.force * part));
         self.last.holding_moments.add_to_means(impulses.iter().map(|all| all.moment * part));

@@ -62,11 +62,11 @@ impl<const D: usize> ParticleTracking<D> {
         let mut volumes = vec![0.0; interface.list.count()];
         for e in 0..mesh.elements().len() {
             let own = particles.of(e);
-            let share = region.volume(e) / own.len().max(1) as f64;
+            let particle_volume = region.volume(e) / own.len().max(1) as f64;
             for p in own {
                 let place = MeshPoint { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
                 if set.at(mesh, &place).0 != particles.phase[p] {
-                    volumes[usize::from(particles.phase[p])] += share;
+                    volumes[usize::from(particles.phase[p])] += particle_volume;
                 }
             }
         }

@@ -26,7 +26,7 @@ pub(in crate::pfem2) struct FrozenFlow<const D: usize> {
     step: ThetaStep,
     /// v* at the nodes [m/s].
     pub velocity: Vec<Vector<D>>,
-    /// Velocity at the nodes at the start of the step, with its explicit share [m/s].
+    /// Velocity at the nodes at the start of the step, with its explicit part [m/s].
     start: Vec<Vector<D>>,
     /// The elements, prepared for streamlines of v*.
     rates: Rates,

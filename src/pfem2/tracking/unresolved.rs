@@ -94,7 +94,7 @@ fn bounded<const D: usize, const N: usize>(
     let back = own.clone().zip(&cuts).map(|(p, cut)| *cut * density(p)).sum::<Vector<D>>() / mass;
     let bounded: Vec<Vector<D>> = own.clone().zip(cuts).map(|(p, cut)| particles.velocity[p] - cut + back).collect();
     let lost = |(p, v): (usize, &Vector<D>)| density(p) * (particles.velocity[p].norm_squared() - v.norm_squared());
-    let share = system.fluid_volume(element) / own.len() as f64;
-    let energy = 0.5 * share * own.zip(&bounded).map(lost).sum::<f64>();
+    let particle_volume = system.fluid_volume(element) / own.len() as f64;
+    let energy = 0.5 * particle_volume * own.zip(&bounded).map(lost).sum::<f64>();
     Some(BoundedElement { element, velocity: bounded, energy })
 }

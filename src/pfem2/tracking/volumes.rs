@@ -1,11 +1,11 @@
-//! The volume of each fluid: what it was, what has left, what level set or shares show (theory G.6).
+//! The volume of each fluid: what it was, what has left, what level set or fractions show (theory G.6).
 
 use super::interface::InterfaceTracking;
 use super::transport::FrozenFlow;
 use crate::pfem2::checks::notices::Notices;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::interface::fraction_weights;
 use crate::pfem2::interface::level_set::{self, OpenFacet, Origins};
-use crate::pfem2::interface::share_weights;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::phases::FluidRegion;
 
@@ -21,7 +21,7 @@ pub enum VolumeCorrection {
     /// Changes of volume are only reported.
     None,
     /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed
-    /// box take weights of their shares. Both are reported.
+    /// box take weights of their fractions. Both are reported.
     #[default]
     Shift,
 }
@@ -87,15 +87,15 @@ impl<const D: usize> InterfaceTracking<D> {
         }
     }
 
-    /// The shares of several fluids take weights that keep their volumes.
-    pub(super) fn weigh_shares<const N: usize>(&mut self, region: &FluidRegion<D, N>) {
+    /// The fractions of several fluids take weights that keep their volumes.
+    pub(super) fn weigh_fractions<const N: usize>(&mut self, region: &FluidRegion<D, N>) {
         let mesh = region.mesh;
         level_set::absorb_isolated_fluids(mesh, &self.list, &mut self.fraction);
         let Some(wanted) = &self.kept_volumes else { return };
         self.weight = 1.0;
         // Weights may isolate nodes that weren't before, as shifts may.
         for _ in 0..SHIFTS {
-            self.weight *= share_weights::keep_volumes(region, &self.list, &mut self.fraction, wanted);
+            self.weight *= fraction_weights::keep_volumes(region, &self.list, &mut self.fraction, wanted);
             if level_set::absorb_isolated_fluids(mesh, &self.list, &mut self.fraction) == 0 {
                 break;
             }

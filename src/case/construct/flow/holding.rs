@@ -8,7 +8,7 @@ use crate::math::Signal;
 use crate::mesh::QuadraticMesh;
 use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::setup::{HeldNodes, PrescribedMotion, SpringSupport};
-use crate::pfem2::solid::support::facet_shares;
+use crate::pfem2::solid::support::facet_node_areas;
 
 /// A solid's mesh, as sets of nodes are named in it and as it is solved.
 pub(super) type BothMeshes<'a, const D: usize> = (&'a QuadraticMesh, &'a SolidMesh<D>);
@@ -55,7 +55,7 @@ impl Construction<'_> {
         let mut areas = vec![0.0; mesh.nodes.len()];
         for facet in 0..mesh.facets.len() {
             if mesh.facets[facet].nodes.iter().all(|node| nodes.binary_search(node).is_ok()) {
-                facet_shares(mesh, facet).into_iter().for_each(|(node, area)| areas[node as usize] += area);
+                facet_node_areas(mesh, facet).into_iter().for_each(|(node, area)| areas[node as usize] += area);
             }
         }
         let total: f64 = areas.iter().sum();

@@ -28,8 +28,8 @@ pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, 
     isolated.len()
 }
 
-/// The same for three and more fluids, where the largest share makes the fluid of a node: an isolated node exchanges it
-/// with that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
+/// The same for three and more fluids, where the largest fraction makes the fluid of a node: an isolated node exchanges
+/// it with that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
 pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     list: &PhaseList,

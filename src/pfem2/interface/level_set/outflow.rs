@@ -105,7 +105,7 @@ fn prism<const D: usize, const N: usize>(before: &[f64; D], after: &[f64; D], ra
         }
         let parts = split(&level);
         let mean = |center: &[f64; N]| center.iter().zip(&rate).map(|(n, q)| n * q).sum::<f64>();
-        parts.iter().filter(|part| part.negative).map(|part| part.share * mean(&part.center)).sum()
+        parts.iter().filter(|part| part.negative).map(|part| part.volume_fraction * mean(&part.center)).sum()
     };
     (0..D).map(simplex).sum::<f64>() / D as f64
 }

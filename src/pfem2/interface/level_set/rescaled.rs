@@ -34,10 +34,10 @@ impl LevelSet {
         let (mut sum, mut volume) = (0.0, 0.0);
         for element in mesh.elements_around(node).iter().map(|&e| e as usize) {
             let own = mesh.elements()[element].map(|i| self.level[i as usize]);
-            let (slope, share) = (self.gradient(mesh, element), mesh.simplex(element).volume);
+            let (slope, weight) = (self.gradient(mesh, element), mesh.simplex(element).volume);
             if own.iter().any(|phi| *phi <= 0.0) && own.iter().any(|phi| *phi >= 0.0) && slope != Vector::ZERO {
-                sum += share / slope.norm();
-                volume += share;
+                sum += weight / slope.norm();
+                volume += weight;
             }
         }
         (volume > 0.0).then(|| self.level[node] * sum / volume)

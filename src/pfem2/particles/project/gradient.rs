@@ -104,9 +104,9 @@ impl<const K: usize, const D: usize> Patch<K, D> {
     fn add<const N: usize>(&mut self, entry: &GroupSums<K, N>, corners: [Vector<D>; N]) {
         let w = entry.weight;
         for k in 0..N {
-            let share = entry.sum(k);
-            self.weight += w * share;
-            self.x += corners[k] * (w * share);
+            let sum = entry.sum(k);
+            self.weight += w * sum;
+            self.x += corners[k] * (w * sum);
             self.f += entry.values[k] * w;
             let place = weighted(&entry.shape[k], &corners);
             for (i, row) in self.xx.0.iter_mut().enumerate() {
@@ -162,11 +162,11 @@ fn region<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> Ten
         let (own, corners) =
             (mesh.simplex(e as usize).volume, mesh.corners(e as usize).map(|x| x - mesh.nodes()[node]));
         let sum = corners.iter().copied().sum::<Vector<D>>();
-        let share = own / (N * (N + 1)) as f64;
+        let weight = own / (N * (N + 1)) as f64;
         volume += own;
         first += sum * (own / N as f64);
         let squares = |i: usize, j: usize| corners.iter().map(|x| x[i] * x[j]).sum::<f64>();
-        second += Tensor::from_fn(|i, j| share * (squares(i, j) + sum[i] * sum[j]));
+        second += Tensor::from_fn(|i, j| weight * (squares(i, j) + sum[i] * sum[j]));
     }
     Tensor::from_fn(|i, j| (second[i][j] - first[i] * first[j] / volume) / volume)
 }

@@ -65,7 +65,7 @@ impl<const D: usize> ConvectedVelocity<D> {
 pub struct Projected<const D: usize> {
     /// Velocity.
     pub velocity: ConvectedVelocity<D>,
-    /// Share of each fluid, by fluid and node; they add up to one except at bare nodes, where all are zero.
+    /// Fraction of each fluid, by fluid and node; they add up to one except at bare nodes, where all are zero.
     pub fraction: Vec<Vec<f64>>,
     /// Weight of the average: mass [kg] with [`AveragingKernel::Linear`].
     pub weight: Vec<f64>,
@@ -113,12 +113,12 @@ struct Average<const D: usize> {
     /// Σ N_i, or Σ W.
     seen: f64,
     /// By fluid.
-    fluids: Vec<Share<D>>,
+    fluids: Vec<FluidSums<D>>,
 }
 
 /// The sums of one fluid at a node.
 #[derive(Debug, Clone, Copy, Default)]
-struct Share<const D: usize> {
+struct FluidSums<const D: usize> {
     /// Σ w N_i with the volume w of the particles, or without.
     weight: f64,
     /// The same sum of velocities.
@@ -127,7 +127,7 @@ struct Share<const D: usize> {
     seen: f64,
 }
 
-impl<const D: usize> Share<D> {
+impl<const D: usize> FluidSums<D> {
     /// v̂ of the fluid; zero at nodes that it doesn't reach.
     fn mean(&self) -> Vector<D> {
         if self.weight > 0.0 { self.velocity / self.weight } else { Vector::ZERO }
@@ -136,12 +136,12 @@ impl<const D: usize> Share<D> {
 
 impl<const D: usize> Average<D> {
     fn new(fluids: usize) -> Self {
-        Self { seen: 0.0, fluids: vec![Share::default(); fluids] }
+        Self { seen: 0.0, fluids: vec![FluidSums::default(); fluids] }
     }
 
     /// True for a node that no particle is near, or only some in elements that solids fill.
     fn is_bare(&self) -> bool {
-        self.seen < LEAST_WEIGHT || self.fluids.iter().all(|share| share.weight <= 0.0)
+        self.seen < LEAST_WEIGHT || self.fluids.iter().all(|sums| sums.weight <= 0.0)
     }
 }
 
@@ -186,12 +186,12 @@ fn shape_average<const D: usize, const N: usize>(
         let nodes = &mesh.elements()[e as usize];
         let Some(k) = nodes.iter().position(|&n| n as usize == node) else { continue };
         for entry in table.of(e as usize) {
-            let (sum, share) = (entry.sum(k), &mut average.fluids[entry.group as usize]);
+            let (sum, sums) = (entry.sum(k), &mut average.fluids[entry.group as usize]);
             // Becker (38), and its denominator, which is also that of Becker (37); with mass and gradient
             // theory (G.24).
-            share.velocity += entry.values[k] * entry.weight;
-            share.weight += sum * entry.weight;
-            share.seen += sum;
+            sums.velocity += entry.values[k] * entry.weight;
+            sums.weight += sum * entry.weight;
+            sums.seen += sum;
             average.seen += sum;
         }
     }
@@ -231,9 +231,9 @@ fn wendland_average<const D: usize, const N: usize>(
         let q = (particles.position[p] - mesh.nodes()[node]).norm() / reach;
         // Becker (39), theory (G.23).
         let w = (1.0 - q).max(0.0).powi(4) * (4.0 * q + 1.0);
-        let share = &mut average.fluids[particles.phase[p] as usize];
-        share.velocity += particles.velocity[p] * w;
-        share.weight += w;
+        let sums = &mut average.fluids[particles.phase[p] as usize];
+        sums.velocity += particles.velocity[p] * w;
+        sums.weight += w;
         average.seen += w;
     }
     average
@@ -248,16 +248,16 @@ fn mean_edge<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> 
     sum / count
 }
 
-/// The mean of all fluids, weighted with their densities, and their shares.
+/// The mean of all fluids, weighted with their densities, and their fractions.
 fn mix<const D: usize>(average: &[Average<D>], densities: &[f64], previous: &[Vector<D>]) -> Projected<D> {
     let bare: Vec<bool> = average.iter().map(Average::is_bare).collect();
-    let mass = |a: &Average<D>| a.fluids.iter().zip(densities).map(|(share, rho)| share.weight * rho).sum::<f64>();
+    let mass = |a: &Average<D>| a.fluids.iter().zip(densities).map(|(sums, rho)| sums.weight * rho).sum::<f64>();
     let momentum =
-        |a: &Average<D>| a.fluids.iter().zip(densities).map(|(share, &rho)| share.velocity * rho).sum::<Vector<D>>();
+        |a: &Average<D>| a.fluids.iter().zip(densities).map(|(sums, &rho)| sums.velocity * rho).sum::<Vector<D>>();
     let velocity = average.iter().zip(previous).zip(&bare);
     let mean = velocity.map(|((a, &old), &bare)| if bare { old } else { momentum(a) / mass(a) }).collect();
     let part =
-        |a: &Average<D>, fluid: usize| a.fluids[fluid].weight / a.fluids.iter().map(|share| share.weight).sum::<f64>();
+        |a: &Average<D>, fluid: usize| a.fluids[fluid].weight / a.fluids.iter().map(|sums| sums.weight).sum::<f64>();
     let fraction = (0..densities.len())
         .map(|fluid| average.iter().zip(&bare).map(|(a, &bare)| if bare { 0.0 } else { part(a, fluid) }).collect());
     let weight = average.iter().map(mass).collect();

@@ -228,11 +228,11 @@ fn the_mean_velocity_is_the_mean_of_the_fluids_by_mass() {
     let particles = two_fluids(&mesh, |x| Vector([if x[0] + 0.3 * x[1] > 0.613 { 1.0 } else { 3.0 }, x[0]]));
     let projected = plain(&mesh, &particles, AveragingKernel::Linear);
     for (node, mean) in projected.velocity.mean.iter().enumerate() {
-        let share = [1000.0 * projected.fraction[0][node], projected.fraction[1][node]];
+        let mass = [1000.0 * projected.fraction[0][node], projected.fraction[1][node]];
         let own = [0, 1].map(|fluid: usize| projected.velocity.own[fluid][node]);
-        assert!((own[0][0] - 3.0).abs() < 1e-12 || share[0] == 0.0, "{own:?}");
-        assert!((own[1][0] - 1.0).abs() < 1e-12 || share[1] == 0.0, "{own:?}");
-        assert!((*mean * (share[0] + share[1]) - own[0] * share[0] - own[1] * share[1]).norm() < 1e-9);
+        assert!((own[0][0] - 3.0).abs() < 1e-12 || mass[0] == 0.0, "{own:?}");
+        assert!((own[1][0] - 1.0).abs() < 1e-12 || mass[1] == 0.0, "{own:?}");
+        assert!((*mean * (mass[0] + mass[1]) - own[0] * mass[0] - own[1] * mass[1]).norm() < 1e-9);
     }
 }
 

@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn new_particles_keep_the_share_of_the_heavy_fluid() {
+    fn new_particles_keep_the_fraction_of_the_heavy_fluid() {
         let places = after::<3>();
         let heavy = |level: [f64; 3]| {
             let phases = Phases { list: &PhaseList::fluids(&[1.0, 3.0]), fraction: &[], level: &level };

@@ -42,7 +42,7 @@ pub struct ParticleCounts {
 }
 
 impl ParticleCounts {
-    /// For elements seeded with `nominal` particles: a sub-cell may hold twice its share.
+    /// For elements seeded with `nominal` particles: a sub-cell may hold twice the mean number.
     pub fn new<const D: usize>(nominal: usize) -> Self {
         Self { nominal, most: (2 * nominal).div_ceil(1 << D).max(2) }
     }

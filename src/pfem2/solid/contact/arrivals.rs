@@ -67,12 +67,14 @@ impl ResolvingSteps {
     ) -> f64 {
         let (velocity, solids) = (&structure.state.velocity, meeting_solids(structure));
         let longest = |place: &ContactCandidate<D>| {
-            let speed = -relative(&place.shares, |node| velocity[node]).dot(place.normal);
+            let speed = -relative(&place.coefficients, |node| velocity[node]).dot(place.normal);
             let way = place.distance + speed * ahead - place.gap;
-            let mut own: Vec<usize> = place.shares.iter().map(|&(node, _)| structure.solid_of(node as usize)).collect();
+            let mut own: Vec<usize> =
+                place.coefficients.iter().map(|&(node, _)| structure.solid_of(node as usize)).collect();
             own.dedup();
             let resolving = own.iter().filter_map(|&solid| self.steps[solid]).reduce(f64::max)?;
-            let together = -relative(&place.shares, |node| solids[structure.solid_of(node)].velocity).dot(place.normal);
+            let together =
+                -relative(&place.coefficients, |node| solids[structure.solid_of(node)].velocity).dot(place.normal);
             let mass = own.iter().map(|&solid| solids[solid].mass.recip()).sum::<f64>().recip();
             let is_strong = together > AS_A_WHOLE * speed && 0.5 * mass * together.powi(2) > STRONG * peak;
             (way > 0.0 && speed > 0.0 && is_strong).then(|| (way / speed).max(resolving))

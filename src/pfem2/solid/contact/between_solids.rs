@@ -38,7 +38,7 @@ const THROUGH_COSINE: f64 = -0.7;
 const LARGEST_DEPTH: f64 = 0.5;
 
 /// Nearer than this part of the way at the start, places of one solid may touch.
-const TOUCHABLE_SHARE: f64 = 0.5;
+const TOUCHABLE_FRACTION: f64 = 0.5;
 
 /// Points per piece of a parallel loop.
 const PIECE: usize = 32;
@@ -86,7 +86,7 @@ struct ContactQuery<const D: usize> {
     id: usize,
     solid: usize,
     /// Shape functions of nodes at it.
-    shares: Vec<(u32, f64)>,
+    coefficients: Vec<(u32, f64)>,
     /// Predicted position [m].
     x: Vector<D>,
     /// Distance within which to look [m].
@@ -183,7 +183,7 @@ impl<const D: usize> SolidContacts<D> {
                 let Some(query) = query(other) else { return Ok(Vec::new()) };
                 let mut feet = places.surface.feet(other, query.x, query.reach);
                 if other == solid {
-                    self.keep_facing(context, &query, &normals[query.shares[0].0 as usize], &mut feet);
+                    self.keep_facing(context, &query, &normals[query.coefficients[0].0 as usize], &mut feet);
                 }
                 self.at_feet(&query, other, context, &feet)
             };
@@ -218,7 +218,7 @@ impl<const D: usize> SolidContacts<D> {
         let MeetingNode { node, solid, area, law, .. } = self.nodes[id];
         let x = places.predicted[node as usize];
         let reach = REACH * self.largest + (x - places.start[node as usize]).norm();
-        ContactQuery { id, solid, shares: vec![(node, 1.0)], x, reach, area, law }
+        ContactQuery { id, solid, coefficients: vec![(node, 1.0)], x, reach, area, law }
     }
 
     /// The query at the point of a facet of a rigid solid, between its nodes, that is nearest to another solid: on its
@@ -238,9 +238,9 @@ impl<const D: usize> SolidContacts<D> {
         let reach = REACH * self.largest + (x - places.start[middle as usize]).norm();
         let foot = places.surface.feet(other, x, reach + size).first().copied()?;
         let up = away(x, &foot, places.surface.signed_distance(x, &foot))?;
-        let (x, shares) = places.surface.lowest(facet, up)?;
+        let (x, coefficients) = places.surface.lowest(facet, up)?;
         let (id, law) = (self.nodes.len() + facet as usize, self.bodies[solid].law);
-        Some(ContactQuery { id, solid, shares, x, reach, area: 0.0, law })
+        Some(ContactQuery { id, solid, coefficients, x, reach, area: 0.0, law })
     }
 
     /// The places of another solid, among the nearest points of its surface, that a queried point may touch.
@@ -286,8 +286,10 @@ impl<const D: usize> SolidContacts<D> {
     ) -> ContactCandidate<D> {
         let &ContactQuery { id, solid, x, area, law, .. } = query;
         let weights = context.places.surface.weights_at(place.foot);
-        let (share, at_most) = match solid == other {
-            true => (0.5, TOUCHABLE_SHARE * at_the_start(context.structure, query.shares[0].0, &weights).norm()),
+        let (fraction, at_most) = match solid == other {
+            true => {
+                (0.5, TOUCHABLE_FRACTION * at_the_start(context.structure, query.coefficients[0].0, &weights).norm())
+            }
             false => (1.0, f64::INFINITY),
         };
         let [own, body] = [solid, other].map(|solid| self.bodies[solid]);
@@ -296,12 +298,12 @@ impl<const D: usize> SolidContacts<D> {
         let against = weights.into_iter().map(|(b, weight)| (b, -weight));
         ContactCandidate {
             point: id,
-            shares: query.shares.iter().copied().chain(against).collect(),
+            coefficients: query.coefficients.iter().copied().chain(against).collect(),
             normal: place.normal,
             distance: place.distance,
             gap,
             scale: gap_scale(gap, of_mesh),
-            area: share * area,
+            area: fraction * area,
             law: law.combined(body.law),
             friction: (own.friction * body.friction).sqrt(),
         }
@@ -319,7 +321,7 @@ impl<const D: usize> SolidContacts<D> {
         match self.locator.search(mesh, x) {
             Some(Location::Inside { element, shape }) => {
                 let nodes = mesh.elements()[element].iter().zip(shape);
-                nodes.map(|(&node, share)| self.sizes[node as usize] * share).sum()
+                nodes.map(|(&node, weight)| self.sizes[node as usize] * weight).sum()
             }
             _ => f64::INFINITY,
         }
@@ -349,7 +351,7 @@ impl<const D: usize> SolidContacts<D> {
         normals: &[Vector<D>],
         feet: &mut Vec<FacetFoot<D>>,
     ) {
-        let (surface, node) = (context.places.surface, query.shares[0].0);
+        let (surface, node) = (context.places.surface, query.coefficients[0].0);
         let way = |foot: &FacetFoot<D>| at_the_start(context.structure, node, &surface.weights_at(foot));
         let lies_behind = |foot: &FacetFoot<D>| {
             let way = way(foot);

@@ -104,7 +104,7 @@ pub struct ContactCandidate<const D: usize> {
     /// Number of the point.
     pub point: usize,
     /// Nodes i with their coefficients c_i (theory J.8, J.9).
-    pub shares: Vec<(u32, f64)>,
+    pub coefficients: Vec<(u32, f64)>,
     /// Unit normal n of the wall or of the other surface, towards the point.
     pub normal: Vector<D>,
     /// d* [m].
@@ -133,7 +133,7 @@ impl<const D: usize> ContactCandidate<D> {
 
     /// dⁿ [m].
     pub fn distance_at_start(&self, step: &ContactStep<'_, D>) -> f64 {
-        self.distance - self.normal.dot(relative(&self.shares, step.predicted_increment))
+        self.distance - self.normal.dot(relative(&self.coefficients, step.predicted_increment))
     }
 }
 
@@ -185,7 +185,7 @@ pub struct Contact<const D: usize> {
     pub point: usize,
     /// True if its force is in the equations: a place near something touches nothing where it would pull.
     pub is_active: bool,
-    shares: Vec<(u32, f64)>,
+    coefficients: Vec<(u32, f64)>,
     normal: Vector<D>,
     /// The force that takes it deeper by the scale of its gap: A k times that, or of an impulse its resistance times
     /// that over Δt [N].
@@ -214,7 +214,7 @@ pub(in crate::pfem2::solid) struct RigidImpulse<const D: usize> {
     /// ε [m/s].
     pub slowest: f64,
     /// Δ/Δt: the mean force of a step over the one that acts for Δ.
-    share: f64,
+    time_fraction: f64,
     is_collision: bool,
 }
 
@@ -234,10 +234,10 @@ impl<const D: usize> Contact<D> {
     }
 
     fn elastic(pressure: f64, last: Vector<D>, candidate: ContactCandidate<D>, step: &ContactStep<'_, D>) -> Self {
-        let ContactCandidate { point, shares, normal, distance, gap, scale, area, friction, .. } = candidate;
+        let ContactCandidate { point, coefficients, normal, distance, gap, scale, area, friction, .. } = candidate;
         let pushed = last.dot(normal).max(0.0);
-        let velocity = relative(&shares, step.velocity);
-        let along = velocity + relative(&shares, step.velocity_increment);
+        let velocity = relative(&coefficients, step.velocity);
+        let along = velocity + relative(&coefficients, step.velocity_increment);
         let along = along - normal * along.dot(normal);
         let stiffness = pressure * area;
         Self {
@@ -245,12 +245,12 @@ impl<const D: usize> Contact<D> {
             is_active: distance < gap || pushed > 0.0 && !step.anew,
             normal,
             closing: stiffness * scale,
-            push: stiffness * (gap - distance - normal.dot(relative(&shares, step.displacement_offset))),
+            push: stiffness * (gap - distance - normal.dot(relative(&coefficients, step.displacement_offset))),
             resistance: stiffness * step.delta,
             friction: friction * pushed / along.norm().max(slowest(scale, step.dt)),
             arrival: (pushed == 0.0).then(|| -velocity.dot(normal)),
             impulse: None,
-            shares,
+            coefficients,
         }
     }
 
@@ -262,9 +262,9 @@ impl<const D: usize> Contact<D> {
     ) -> Self {
         let reached = candidate.gap.min(least.start);
         let start = candidate.distance_at_start(step);
-        let ContactCandidate { point, shares, normal, distance, gap, scale, friction, .. } = candidate;
-        let before = relative(&shares, step.velocity);
-        let slow = IMPACT * step.dt * relative(&shares, step.acceleration).dot(normal).abs();
+        let ContactCandidate { point, coefficients, normal, distance, gap, scale, friction, .. } = candidate;
+        let before = relative(&coefficients, step.velocity);
+        let slow = IMPACT * step.dt * relative(&coefficients, step.acceleration).dot(normal).abs();
         // By the way that is predicted: points of what rolls come near on curves, and others are nearer then.
         let speed = (distance - start) / step.dt;
         let is_nearest = distance < least.predicted + LEVEL * gap;
@@ -274,8 +274,8 @@ impl<const D: usize> Contact<D> {
             false => (reached - start + RETURN * (gap - reached)) / step.dt,
         };
         let (resistance, slowest) = (IMPULSE * mass / step.delta, slowest(scale, step.dt));
-        let share = step.delta / step.dt;
-        let impulse = Some(RigidImpulse { before, target_velocity, friction, slowest, share, is_collision });
+        let time_fraction = step.delta / step.dt;
+        let impulse = Some(RigidImpulse { before, target_velocity, friction, slowest, time_fraction, is_collision });
         Self {
             point,
             is_active: true,
@@ -286,7 +286,7 @@ impl<const D: usize> Contact<D> {
             friction: 0.0,
             arrival: None,
             impulse,
-            shares,
+            coefficients,
         }
     }
 
@@ -307,7 +307,7 @@ impl<const D: usize> Contact<D> {
 
     /// Nodes on which its force acts.
     pub(in crate::pfem2::solid) fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.shares.iter().map(|&(node, _)| node as usize)
+        self.coefficients.iter().map(|&(node, _)| node as usize)
     }
 
     /// The impulse of rigid solids; none where an elastic one meets.
@@ -316,8 +316,8 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Nodes with their c_i.
-    pub(in crate::pfem2::solid) fn shares(&self) -> &[(u32, f64)] {
-        &self.shares
+    pub(in crate::pfem2::solid) fn coefficients(&self) -> &[(u32, f64)] {
+        &self.coefficients
     }
 
     /// Normal n, away from what is touched.
@@ -345,43 +345,43 @@ impl<const D: usize> Contact<D> {
     /// Adds its force on each of its nodes.
     pub fn add(&self, forces: &mut LinearForces) {
         let (matrix, load) = (self.matrix(), self.normal * self.push);
-        for &(row, share) in &self.shares {
-            forces.add_load(row, load * share);
-            for &(column, other) in &self.shares {
-                forces.add_block((row, column), &(matrix * (share * other)));
+        for &(row, coefficient) in &self.coefficients {
+            forces.add_load(row, load * coefficient);
+            for &(column, other) in &self.coefficients {
+                forces.add_block((row, column), &(matrix * (coefficient * other)));
             }
         }
     }
 
     /// Force on the point at the velocities of nodes [m/s] at the end of the step [N].
     fn force(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vector<D> {
-        self.normal * self.push - self.matrix().apply(relative(&self.shares, velocity))
+        self.normal * self.push - self.matrix().apply(relative(&self.coefficients, velocity))
     }
 
     /// Normal force on the point at the velocities of nodes at the end of the step [m/s]: there, and of impulses
     /// the mean over the step [N].
     pub fn normal_force(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vector<D> {
-        let share = self.impulse.map_or(1.0, |impulse| impulse.share);
-        self.normal * (self.force(velocity).dot(self.normal) * share)
+        let time_fraction = self.impulse.map_or(1.0, |impulse| impulse.time_fraction);
+        self.normal * (self.force(velocity).dot(self.normal) * time_fraction)
     }
 
     /// The forces on nodes at the velocities of nodes at the end of the step [m/s]; those of an impulse act for Δ [N].
     pub fn nodal_forces(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
         let force = self.force(velocity);
-        self.shares.iter().map(|&(node, share)| (node as usize, force * share)).collect()
+        self.coefficients.iter().map(|&(node, coefficient)| (node as usize, force * coefficient)).collect()
     }
 
     /// The nodes of solids that collide.
     pub fn colliding(&self) -> impl Iterator<Item = usize> + '_ {
         let collides = self.impulse.is_some_and(|impulse| impulse.is_collision);
-        self.shares.iter().filter(move |_| collides).map(|&(node, _)| node as usize)
+        self.coefficients.iter().filter(move |_| collides).map(|&(node, _)| node as usize)
     }
 
     /// Difference between the power of an impulse, which the mean velocity takes, and the force at the end of the step
-    /// times the velocity there [W]; θ is the implicit share of the step.
+    /// times the velocity there [W]; θ is the implicit weight of the step.
     pub fn excess_power(&self, theta: f64, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
         let Some(RigidImpulse { before, .. }) = self.impulse else { return 0.0 };
-        let after = relative(&self.shares, &velocity);
+        let after = relative(&self.coefficients, &velocity);
         self.force(velocity).dot((before + after) * (0.5 * theta) - after)
     }
 }
@@ -399,6 +399,6 @@ pub(super) fn gap_scale(gap: f64, of_mesh: f64) -> f64 {
 }
 
 /// Σ c_i v_i.
-pub(super) fn relative<const D: usize>(shares: &[(u32, f64)], of: impl Fn(usize) -> Vector<D>) -> Vector<D> {
-    shares.iter().map(|&(node, share)| of(node as usize) * share).sum()
+pub(super) fn relative<const D: usize>(coefficients: &[(u32, f64)], of: impl Fn(usize) -> Vector<D>) -> Vector<D> {
+    coefficients.iter().map(|&(node, coefficient)| of(node as usize) * coefficient).sum()
 }

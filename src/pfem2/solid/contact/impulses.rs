@@ -34,7 +34,8 @@ impl<const D: usize> Structure<D> {
     ) -> Vec<LeastDistances> {
         let body = |node: u32| self.rigid.iter().position(|body| body.nodes.contains(&(node as usize)));
         let both = |candidate: &ContactCandidate<D>| {
-            let [first, last] = [candidate.shares.first()?, candidate.shares.last()?].map(|&(node, _)| body(node));
+            let [first, last] =
+                [candidate.coefficients.first()?, candidate.coefficients.last()?].map(|&(node, _)| body(node));
             Some([first?, last?])
         };
         let bodies: Vec<Option<[usize; 2]>> = candidates.iter().map(both).collect();
@@ -81,16 +82,16 @@ impl<const D: usize> ContactRow<D> {
     fn new(contact: &Contact<D>, velocities: &IndependentVelocities) -> Option<Self> {
         let impulse = *contact.impulse()?;
         let (mut entries, mut prescribed) = (Vec::<(u32, Vector<D>)>::new(), Vector::ZERO);
-        for &(node, share) in contact.shares() {
+        for &(node, coefficient) in contact.coefficients() {
             for axis in 0..D {
                 let unknown = node as usize * D + axis;
-                prescribed[axis] += share * velocities.prescribed(unknown);
+                prescribed[axis] += coefficient * velocities.prescribed(unknown);
                 for (column, value) in velocities.row(unknown) {
                     let place = entries.iter().position(|entry| entry.0 == column).unwrap_or_else(|| {
                         entries.push((column, Vector::ZERO));
                         entries.len() - 1
                     });
-                    entries[place].1[axis] += share * value;
+                    entries[place].1[axis] += coefficient * value;
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::math::Vector;
 use crate::pfem2::solid::setup::SolidSetup;
-use crate::pfem2::solid::structure::support::facet_shares;
+use crate::pfem2::solid::structure::support::facet_node_areas;
 use crate::pfem2::solid::surface::SolidSurface;
 
 /// Places of all nodes in a step [m].
@@ -30,9 +30,9 @@ pub(super) struct NodeArea {
 pub(super) fn node_areas<const D: usize>(setup: &SolidSetup<D>) -> Vec<NodeArea> {
     let mut areas = vec![(0.0, 0.0f64); setup.mesh.nodes.len()];
     for facet in 0..setup.mesh.facets.len() {
-        let shares = facet_shares(&setup.mesh, facet);
-        let size = shares.iter().map(|(_, area)| area).sum::<f64>().powf(1.0 / (D - 1) as f64);
-        for (node, area) in shares {
+        let of_facet = facet_node_areas(&setup.mesh, facet);
+        let size = of_facet.iter().map(|(_, area)| area).sum::<f64>().powf(1.0 / (D - 1) as f64);
+        for (node, area) in of_facet {
             let own = &mut areas[node as usize];
             *own = (own.0 + area, own.1.max(size));
         }

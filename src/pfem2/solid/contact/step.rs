@@ -284,7 +284,7 @@ impl<const D: usize> StepContacts<D> {
     }
 
     /// Takes the impulses of contacts out of the accelerations at the end of a step, and lets solids that collided
-    /// begin anew: they have no share in later steps (theory (J.16a)). Returns their change of the power of supports
+    /// begin anew: they take no part in later steps (theory (J.16a)). Returns their change of the power of supports
     /// [W].
     pub fn end_impulses(&self, step: ThetaStep, structure: &mut Structure<D>, prediction: &Prediction<D>) -> f64 {
         let all = || self.contacts.acting();

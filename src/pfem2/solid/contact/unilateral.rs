@@ -149,7 +149,7 @@ mod tests {
         };
         let candidate = |node: usize| ContactCandidate {
             point: node,
-            shares: vec![(node as u32, 1.0)],
+            coefficients: vec![(node as u32, 1.0)],
             normal: Vector([0.0, 1.0]),
             distance: 1.0 + height,
             gap: 1.0,

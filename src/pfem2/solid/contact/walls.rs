@@ -211,7 +211,7 @@ impl<const D: usize> WallContacts<D> {
             let reach = REACH * self.walls.largest + (x - places.start[node as usize]).norm();
             candidates.extend(self.walls.near(x, reach).into_iter().map(|wall| ContactCandidate {
                 point: node as usize,
-                shares: vec![(node, 1.0)],
+                coefficients: vec![(node, 1.0)],
                 normal: wall.normal,
                 distance: wall.distance,
                 gap: gap.min(wall.gap),
@@ -237,12 +237,12 @@ impl<const D: usize> WallContacts<D> {
         let x = places.predicted[middle as usize];
         let reach = REACH * self.walls.largest + (x - places.start[middle as usize]).norm();
         for around in self.walls.near(x, reach + size) {
-            let Some((lowest, shares)) = places.surface.lowest(facet, around.normal) else { continue };
+            let Some((lowest, coefficients)) = places.surface.lowest(facet, around.normal) else { continue };
             let same = |wall: &NearWall<D>| wall.normal.dot(around.normal) > SAME_WALL_COSINE;
             let Some(wall) = self.walls.near(lowest, reach).into_iter().find(same) else { continue };
             candidates.push(ContactCandidate {
                 point: places.predicted.len() + facet as usize,
-                shares,
+                coefficients,
                 normal: wall.normal,
                 distance: wall.distance,
                 gap: gap.min(wall.gap),

@@ -87,11 +87,12 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         /// Part of the volume of an element that ties no pressure.
         const ROUND_OFF: f64 = 1e-10;
         for piece in &part.pieces {
-            let (own, Medium { density, viscosity }) = (part.simplex.volume * piece.share, fluid.medium(piece));
+            let (own, Medium { density, viscosity }) =
+                (part.simplex.volume * piece.volume_fraction, fluid.medium(piece));
             let center = part.at(&piece.center);
             (0..N).for_each(|k| self.content.mass[k] += own * density * center[k]);
             let corners = part.vertices.iter().zip(&piece.center);
-            corners.for_each(|(&vertex, share)| self.vertex_mass[vertex] += own * density * share);
+            corners.for_each(|(&vertex, weight)| self.vertex_mass[vertex] += own * density * weight);
             self.content.viscosity += own / volume * viscosity;
             self.content.volume_over_density += own / density;
             for (tied, phi) in self.tied.iter_mut().zip(&fluid.level) {
@@ -192,16 +193,16 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Adds the walls at which the surface ends (theory (J.9c)).
     fn add_walls(&mut self, part: &PartGeometry<D, N>, fluid: &FluidPart<D, N>, velocities: &VertexVelocities<D>) {
         for facet in part_facets(part, fluid.held) {
-            for (vertex, share) in facet.shares(part, |vertex| velocities.positions[vertex - N]) {
-                for (k, &area) in share.area.iter().enumerate() {
+            for (vertex, wall) in facet.wall_areas(part, |vertex| velocities.positions[vertex - N]) {
+                for (k, &area) in wall.area.iter().enumerate() {
                     self.add_pressure(&velocities.maps[vertex], k, area, area);
                 }
-                self.on_walls.push(share);
+                self.on_walls.push(wall);
             }
         }
     }
 
-    /// Adds −C, theory (J.8), and what stands with it on the right: the sources of the part, and `hats`, the share
+    /// Adds −C, theory (J.8), and what stands with it on the right: the sources of the part, and `hats`, the term
     /// of v̂.
     fn add_stabilisation(
         &mut self,
@@ -211,7 +212,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         hats: Vector<D>,
     ) {
         let (tau, volume) = (fluid.tau, part.simplex.volume);
-        let of = |piece: &SubSimplex<N>| fluid.source(piece) * (tau * volume * piece.share);
+        let of = |piece: &SubSimplex<N>| fluid.source(piece) * (tau * volume * piece.volume_fraction);
         let source = part.pieces.iter().map(of).sum::<Vector<D>>() + hats;
         let over_density = part.mean(|piece| 1.0 / fluid.medium(piece).density);
         for k in 0..N {
@@ -230,8 +231,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         // Σ φ_c N_k n dA of each cut point, since many points have the same.
         let mut chords = vec![[Vector::ZERO; N]; maps.len() - N];
         for point in trace {
-            for &(c, share) in &point.chord {
-                (0..N).for_each(|k| chords[c][k] += point.area * (point.shape[k] * share));
+            for &(c, weight) in &point.chord {
+                (0..N).for_each(|k| chords[c][k] += point.area * (point.shape[k] * weight));
             }
             for &(a, weight) in &point.weights {
                 let Ok(place) = self.solid.binary_search(&a) else { continue };

@@ -39,14 +39,14 @@ impl GasDilatation {
         if !is_gas(density[lightest], heaviest) {
             return None;
         }
-        let mut share = vec![0.0; mesh.nodes().len()];
+        let mut nodal_volume = vec![0.0; mesh.nodes().len()];
         for (e, _) in full().filter(|&(_, fluid)| fluid == lightest) {
             let part = mesh.simplex(e).volume / N as f64;
-            mesh.elements()[e].iter().for_each(|&node| share[node as usize] += part);
+            mesh.elements()[e].iter().for_each(|&node| nodal_volume[node as usize] += part);
         }
-        let total = share.iter().sum();
-        let nodes = (0..share.len()).filter(|&node| share[node] > 0.0);
-        let volumes = nodes.map(|node| (node as u32, share[node])).collect();
+        let total = nodal_volume.iter().sum();
+        let nodes = (0..nodal_volume.len()).filter(|&node| nodal_volume[node] > 0.0);
+        let volumes = nodes.map(|node| (node as u32, nodal_volume[node])).collect();
         Some(Self { volumes, total, held })
     }
 }

@@ -2,10 +2,10 @@
 //! the solid that its cut points move with (theory J.3).
 
 use super::trace::TracePoint;
-use super::walls::WallShare;
+use super::walls::WallArea;
 use crate::math::{Tensor, Vector};
 use crate::pfem2::element::{Block, Content};
-use crate::pfem2::solid::cut::{CutPoint, VelocityShares};
+use crate::pfem2::solid::cut::{CutPoint, VelocityWeights};
 
 /// Equations of the fluid part of a cut element, in the unknowns of its nodes and of the nodes of solids.
 #[derive(Debug, Clone)]
@@ -20,8 +20,8 @@ pub struct CoupledElement<const D: usize, const N: usize> {
     pub tied: [bool; N],
     /// Energy of the interface in it [J].
     pub energy: f64,
-    /// Shares of walls beside its cut points.
-    pub on_walls: Vec<WallShare<D, N>>,
+    /// Areas of walls beside its cut points.
+    pub on_walls: Vec<WallArea<D, N>>,
     /// Facets of its fluid part at openings.
     pub openings: Vec<Opening<D>>,
     /// Pressures of nodes inside that follow those of the nodes outside.
@@ -135,7 +135,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     pub(super) fn velocity_maps(&self, nodes: &[u32; N], points: &[&CutPoint<D>]) -> Vec<VelocityMap<D>> {
         let place = |a: u32| Unknown::Solid(self.solid.binary_search(&a).unwrap_or(0));
         let of = |point: &&CutPoint<D>| {
-            let VelocityShares { solid, node } = point.shares();
+            let VelocityWeights { solid, node } = point.velocity_weights();
             let of_solid = point.weights.iter().map(|&(a, w)| (place(a), solid * w));
             let of_node = nodes.iter().position(|&i| point.gliding_node == Some(i)).zip(node);
             of_solid.chain(of_node.map(|(i, p)| (Unknown::Node(i), p))).collect()

@@ -92,7 +92,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
             });
         }
         for piece in &part.pieces {
-            let volume = part.simplex.volume * piece.share;
+            let volume = part.simplex.volume * piece.volume_fraction;
             let (center, weight) = (part.at(&piece.center), fluid.tau * volume / fluid.medium(piece).density);
             let hat: Vector<D> = piece.center.iter().zip(&part.vertices).map(|(&n, &vertex)| hats[vertex] * n).sum();
             let source = fluid.source(piece) * (fluid.tau * volume) + hat * (delay * volume);

@@ -62,7 +62,7 @@ impl<const D: usize, const N: usize> PartGeometry<D, N> {
 
     /// Mean over its volume of a quantity that is constant in each of its pieces.
     pub fn mean(&self, of: impl Fn(&SubSimplex<N>) -> f64) -> f64 {
-        self.pieces.iter().map(|piece| piece.share * of(piece)).sum()
+        self.pieces.iter().map(|piece| piece.volume_fraction * of(piece)).sum()
     }
 }
 
@@ -74,7 +74,7 @@ pub(in crate::pfem2::solid) fn masses<const D: usize, const N: usize>(
 ) -> [[f64; N]; N] {
     let mut masses = [[0.0; N]; N];
     for piece in &part.pieces {
-        let own = fluid.medium(piece).density * part.simplex.volume * piece.share;
+        let own = fluid.medium(piece).density * part.simplex.volume * piece.volume_fraction;
         for i in 0..N {
             match kind {
                 Mass::Lumped => masses[i][i] += own * piece.center[i],

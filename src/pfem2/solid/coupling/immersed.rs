@@ -10,7 +10,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
-use crate::pfem2::cut_element::{Medium, share};
+use crate::pfem2::cut_element::{Medium, volume_fraction};
 use crate::pfem2::element::{Content, Equations};
 use crate::pfem2::solid::cut::{ElementState, FluidSimplex, SolidCut, Vertex};
 use crate::pfem2::solid::equations::SolidEquations;
@@ -118,10 +118,10 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
     pub fn viscous_power(&self, mesh: &Mesh<D, N>, place: usize, viscosity: f64, velocity: &[Vector<D>]) -> f64 {
         let SolidCut { elements, points, .. } = &self.cut;
         let cut = &elements[place];
-        if cut.share <= 0.0 {
+        if cut.volume_fraction <= 0.0 {
             return 0.0;
         }
-        viscosity / cut.share * cut_power(mesh, cut, points, [&|i| velocity[i], &|a| self.velocity_of(a)])
+        viscosity / cut.volume_fraction * cut_power(mesh, cut, points, [&|i| velocity[i], &|a| self.velocity_of(a)])
     }
 
     /// Masses of the fluid in a cut element with their places and velocities, at its nodes and cut points, at these
@@ -197,7 +197,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
         for (element, cut) in self.elements.iter().zip(&self.cut.elements) {
             let own = element.pressures(cut.nodes.map(|node| nodal[node as usize]));
-            let volume = cut.share * mesh.simplex(cut.element as usize).volume;
+            let volume = cut.volume_fraction * mesh.simplex(cut.element as usize).volume;
             for k in element.one_sided() {
                 let (sum, all) = sums.entry(cut.nodes[k]).or_default();
                 (*sum, *all) = (*sum + own[k] * volume, *all + volume);
@@ -228,7 +228,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
         let mut gliding: BTreeMap<u32, (Vector<D>, f64)> = BTreeMap::new();
         for point in &self.cut.points {
-            let Some((along, [outside, inside])) = point.shares().node.zip(point.edge) else { continue };
+            let Some((along, [outside, inside])) = point.velocity_weights().node.zip(point.edge) else { continue };
             let (sum, count) = gliding.entry(inside).or_default();
             *sum += along.apply(nodal[outside as usize] - nodal[inside as usize]);
             *count += 1.0;
@@ -247,10 +247,10 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             Vertex::Point(k) => self.cut.points[own.points[usize::from(k)] as usize].velocity(gained, &of_solid),
         };
         let part = |(part, shape): (&FluidSimplex<N>, &[[f64; N]; N])| {
-            part.vertices.map(at).into_iter().sum::<Vector<D>>() * (share(shape) / N as f64)
+            part.vertices.map(at).into_iter().sum::<Vector<D>>() * (volume_fraction(shape) / N as f64)
         };
         let sum = own.parts.iter().zip(&own.shapes).map(part).sum::<Vector<D>>();
-        if own.share > 0.0 { sum / own.share } else { Vector::ZERO }
+        if own.volume_fraction > 0.0 { sum / own.volume_fraction } else { Vector::ZERO }
     }
 
     /// Velocity of a node of a solid at the end of the last step [m/s].

@@ -117,9 +117,9 @@ impl<const D: usize, const N: usize> NodeCoupling<D, N> {
         let of_node = |r: usize| self.node * N as u32 + r as u32;
         for ((rows, columns), &a) in self.to_fluid.iter().zip(&self.to_solid).zip(&self.solid) {
             for (s, r) in (0..N * D).map(|k| (k / N, k % N)) {
-                for (w, share) in velocities.row(a as usize * D + s) {
-                    entries.push(MatrixEntry::new(of_node(r), first + w, rows[r][s] * share));
-                    entries.push(MatrixEntry::new(first + w, of_node(r), columns[s][r] * share));
+                for (w, weight) in velocities.row(a as usize * D + s) {
+                    entries.push(MatrixEntry::new(of_node(r), first + w, rows[r][s] * weight));
+                    entries.push(MatrixEntry::new(first + w, of_node(r), columns[s][r] * weight));
                 }
             }
         }

@@ -40,34 +40,34 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Replaces the pressure of a local node by the mean of others, plus a constant [Pa], in all rows, and adds its row to
     /// theirs.
     fn take_pressure(&mut self, node: usize, from: &[usize], above: f64) {
-        let share = 1.0 / from.len() as f64;
+        let weight = 1.0 / from.len() as f64;
         for i in 0..N {
             for r in 0..N {
                 let value = std::mem::take(&mut self.blocks[i][node][r][D]);
-                from.iter().for_each(|&j| self.blocks[i][j][r][D] += share * value);
+                from.iter().for_each(|&j| self.blocks[i][j][r][D] += weight * value);
                 self.loads[i][r] -= value * above;
             }
         }
         for (rows, load) in self.to_solid.iter_mut().zip(&mut self.solid_loads) {
             for r in 0..D {
                 let value = std::mem::take(&mut rows[node][r][D]);
-                from.iter().for_each(|&j| rows[j][r][D] += share * value);
+                from.iter().for_each(|&j| rows[j][r][D] += weight * value);
                 load[r] -= value * above;
             }
         }
         for i in 0..N {
             let row = std::mem::replace(&mut self.blocks[node][i][D], [0.0; N]);
-            from.iter().for_each(|&j| (0..N).for_each(|s| self.blocks[j][i][D][s] += share * row[s]));
+            from.iter().for_each(|&j| (0..N).for_each(|s| self.blocks[j][i][D][s] += weight * row[s]));
         }
         for columns in &mut self.to_fluid {
             let row = std::mem::replace(&mut columns[node][D], [0.0; D]);
-            from.iter().for_each(|&j| (0..D).for_each(|s| columns[j][D][s] += share * row[s]));
+            from.iter().for_each(|&j| (0..D).for_each(|s| columns[j][D][s] += weight * row[s]));
         }
         let load = std::mem::take(&mut self.loads[node][D]);
-        from.iter().for_each(|&j| self.loads[j][D] += share * load);
+        from.iter().for_each(|&j| self.loads[j][D] += weight * load);
         for wall in &mut self.on_walls {
             let area = std::mem::take(&mut wall.area[node]);
-            from.iter().for_each(|&j| wall.area[j] += area * share);
+            from.iter().for_each(|&j| wall.area[j] += area * weight);
         }
     }
 

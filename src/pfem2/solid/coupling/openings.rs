@@ -20,9 +20,9 @@ use crate::math::{Tensor, Vector};
 impl<const D: usize> Opening<D> {
     /// Loads at the corners under the tractions there [Pa].
     fn loads(&self, tractions: &[Vector<D>; D]) -> [Vector<D>; D] {
-        let share = self.area.norm() / (D * (D + 1)) as f64;
+        let weight = self.area.norm() / (D * (D + 1)) as f64;
         let sum = tractions.iter().copied().sum::<Vector<D>>();
-        tractions.map(|own| (sum + own) * share)
+        tractions.map(|own| (sum + own) * weight)
     }
 }
 

@@ -40,13 +40,13 @@ impl FluidPressure {
     /// Pressure at a place of an element with these shape functions, by the nodes that have one; zero where none has
     /// [Pa].
     fn at<const N: usize>(&self, nodes: &[u32; N], shape: &[f64; N]) -> f64 {
-        let known = nodes.iter().zip(shape).filter_map(|(&node, share)| Some((self.0[node as usize]?, *share)));
-        let (sum, share) = known.fold((0.0, 0.0), |(sum, all), (p, share)| (sum + p * share, all + share));
-        if share > 0.0 { sum / share } else { 0.0 }
+        let known = nodes.iter().zip(shape).filter_map(|(&node, weight)| Some((self.0[node as usize]?, *weight)));
+        let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (p, weight)| (sum + p * weight, all + weight));
+        if all > 0.0 { sum / all } else { 0.0 }
     }
 
-    /// Calls `add` with pairs of nodes (a, b) and the share of each facet in K_p [N/m]; all nodes of solids are at
-    /// `positions` [m].
+    /// Calls `add` with pairs of nodes (a, b) and the contribution of each facet to K_p [N/m]; all nodes of solids are
+    /// at `positions` [m].
     pub fn stiffness<const D: usize, const N: usize>(
         &self,
         CutMesh { cut, trace }: &CutMesh<D, N>,
@@ -60,8 +60,11 @@ impl FluidPressure {
             let mut sum = vec![Tensor::ZERO; count * count];
             for (place, point) in &trace.facets[facet] {
                 let local = &point.local[..D - 1];
-                let gauss =
-                    GaussPoint { weight: point.share, shape: shape_functions(local), slopes: shape_slopes(local) };
+                let gauss = GaussPoint {
+                    weight: point.quadrature_weight,
+                    shape: shape_functions(local),
+                    slopes: shape_slopes(local),
+                };
                 let pressure = self.at(&cut.elements[*place].nodes, &point.shape);
                 point_stiffness(nodes, positions, &gauss, pressure, |(a, b), slope| sum[a * count + b] += slope);
             }

@@ -9,7 +9,7 @@ use crate::pfem2::element::shear::shear_rate;
 use crate::pfem2::element::viscous_forces;
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint};
 
-/// Viscous force on each node of an element [N], and its share of the mass of the fluid there [kg].
+/// Viscous force on each node of an element [N], and its part of the mass of the fluid there [kg].
 pub type CutForces<const D: usize, const N: usize> = [(Vector<D>, f64); N];
 
 /// Viscous forces of the fluid part of a cut element on the nodes of the element; `velocity` [m/s] of these and

@@ -15,9 +15,9 @@ use crate::pfem2::cut_element::{at_corners, sides};
 /// Shape functions of less than this are those of places on a facet.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Share of the wall beside a cut point on it, which the pressure of the fluid pushes.
+/// Area of the wall that belongs to a cut point on it, which the pressure of the fluid pushes.
 #[derive(Debug, Clone, Copy)]
-pub struct WallShare<const D: usize, const N: usize> {
+pub struct WallArea<const D: usize, const N: usize> {
     /// The facet of the mesh, by the local node opposite to it.
     pub facet: u32,
     /// The cut point [m].
@@ -48,21 +48,21 @@ pub(super) fn part_facets<const D: usize, const N: usize>(part: &PartGeometry<D,
 }
 
 impl<const D: usize> PartFacet<D> {
-    /// The shares of the cut points among its corners, with their vertices; `at` is the position of a vertex [m].
-    pub fn shares<const N: usize>(
+    /// The areas of the cut points among its corners, with their vertices; `at` is the position of a vertex [m].
+    pub fn wall_areas<const N: usize>(
         &self,
         part: &PartGeometry<D, N>,
         at: impl Fn(usize) -> Vector<D>,
-    ) -> Vec<(usize, WallShare<D, N>)> {
-        let share = |&c: &usize| {
+    ) -> Vec<(usize, WallArea<D, N>)> {
+        let wall_area = |&c: &usize| {
             let mean = |k: usize| {
                 let products = self.corners.iter().map(|&b| part.shapes[b][k] * if b == c { 2.0 } else { 1.0 });
                 products.sum::<f64>() / (D * (D + 1)) as f64
             };
             let area = std::array::from_fn(|k| self.area * mean(k));
-            (part.vertices[c], WallShare { facet: self.facet, position: at(part.vertices[c]), area })
+            (part.vertices[c], WallArea { facet: self.facet, position: at(part.vertices[c]), area })
         };
-        self.corners.iter().filter(|&&c| part.vertices[c] >= N).map(share).collect()
+        self.corners.iter().filter(|&&c| part.vertices[c] >= N).map(wall_area).collect()
     }
 
     /// Calls `add` with each vertex that is a cut point, each node k of the element and ∮N^s_c F_k n dA [m²], with the
@@ -79,7 +79,7 @@ impl<const D: usize> PartFacet<D> {
                 for k in (0..N).filter(|&k| (level[k] < 0.0) != piece.negative) {
                     let mean: f64 =
                         self.corners.iter().zip(&piece.products[a]).map(|(&b, n)| part.shapes[b][k] * n).sum();
-                    add(part.vertices[c], k, self.area * (piece.share * mean));
+                    add(part.vertices[c], k, self.area * (piece.volume_fraction * mean));
                 }
             }
         }

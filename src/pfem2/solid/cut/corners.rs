@@ -8,7 +8,7 @@
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
 use super::corners_beyond_nodes::CornersBeyondNodes;
-use super::cut_point::{LEAST_EDGE_SHARE, LEAST_GLIDING_EDGE_SHARE};
+use super::cut_point::{LEAST_EDGE_FRACTION, LEAST_GLIDING_EDGE_FRACTION};
 use super::polygon::{PolygonCorner, triangulated};
 use super::{CutBySolid, CutPoint, ElementState, SolidCut, Vertex, body_of, parts};
 use crate::math::Vector;
@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 /// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept
 /// away from nodes.
-const LEAST_SHAPE_FUNCTION: f64 = LEAST_EDGE_SHARE;
+const LEAST_SHAPE_FUNCTION: f64 = LEAST_EDGE_FRACTION;
 
 /// Shape function below zero that is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -67,7 +67,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
-            if (point.position - corner).norm() <= 2.0 * LEAST_GLIDING_EDGE_SHARE * (end - start).norm() {
+            if (point.position - corner).norm() <= 2.0 * LEAST_GLIDING_EDGE_FRACTION * (end - start).norm() {
                 point.bound_directions = None;
                 any = true;
             }

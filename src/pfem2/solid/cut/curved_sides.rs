@@ -62,7 +62,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 
     /// The sums over the chords at each cut point.
     fn beside_chords(&self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>) -> Vec<AtPoint<D>> {
-        let share = if D == 2 { 2.0 / 3.0 } else { 0.75 };
+        let fraction = if D == 2 { 2.0 / 3.0 } else { 0.75 };
         let chords = Chords::new(mesh, self);
         let all = parallel::collect(self.elements.len(), PIECE, |place| {
             let element = &self.elements[place];
@@ -73,7 +73,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
                 let size = normal.norm();
                 let normals = chord.map(|point| self.points[element.points[point] as usize].normal);
                 let distance = distance_of_smooth_side(surface, middle, normals).unwrap_or(0.0);
-                let volume = share * distance * size;
+                let volume = fraction * distance * size;
                 (chord.map(|point| element.points[point] as usize), AtPoint { volume, size, area: normal })
             };
             chords.of_elements[place].iter().map(of).collect::<Vec<_>>()

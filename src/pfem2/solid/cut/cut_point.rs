@@ -12,15 +12,15 @@ use crate::mesh::Mesh;
 
 /// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver
 /// digits, and tie nodes to solids.
-pub(super) const LEAST_EDGE_SHARE: f64 = 1e-4;
+pub(super) const LEAST_EDGE_FRACTION: f64 = 1e-4;
 
 /// Cut points keep this fraction of their edge away from its end inside: fluid between two of them moves with
 /// the solid.
-pub(super) const LEAST_INNER_EDGE_SHARE: f64 = 1e-6;
+pub(super) const LEAST_INNER_EDGE_FRACTION: f64 = 1e-6;
 
 /// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside
 /// together.
-pub(super) const LEAST_GLIDING_EDGE_SHARE: f64 = 1e-3;
+pub(super) const LEAST_GLIDING_EDGE_FRACTION: f64 = 1e-3;
 
 /// Films between two solids are as thick as this part of their edge at least; thinner ones between two sides of one
 /// solid are left out.
@@ -47,12 +47,12 @@ pub struct CutPoint<const D: usize> {
     pub bound_directions: Option<Tensor<D>>,
 }
 
-/// Shares of the solid and of a node outside in the velocity of a cut point, v_c = P_s v_s + P_o v_o.
+/// Weights of the solid and of a node outside in the velocity of a cut point, v_c = P_s v_s + P_o v_o.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct VelocityShares<const D: usize> {
+pub struct VelocityWeights<const D: usize> {
     /// P_s.
     pub solid: Tensor<D>,
-    /// P_o; `None` where the node has no share.
+    /// P_o; `None` where the node has no weight.
     pub node: Option<Tensor<D>>,
 }
 
@@ -63,18 +63,18 @@ impl<const D: usize> CutPoint<D> {
         Self { edge, film_edge: Some(film_edge), gliding_node, position, weights, normal, bound_directions }
     }
 
-    /// The shares in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s, and
-    /// the gliding node in the others, P_o = 1 − P_s (theory (J.6a)–(J.6c)).
-    pub fn shares(&self) -> VelocityShares<D> {
+    /// The weights in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s,
+    /// and the gliding node in the others, P_o = 1 − P_s (theory (J.6a)–(J.6c)).
+    pub fn velocity_weights(&self) -> VelocityWeights<D> {
         match self.bound_directions {
-            Some(bound) => VelocityShares { solid: bound, node: Some(Tensor::identity() - bound) },
-            None => VelocityShares { solid: Tensor::identity(), node: None },
+            Some(bound) => VelocityWeights { solid: bound, node: Some(Tensor::identity() - bound) },
+            None => VelocityWeights { solid: Tensor::identity(), node: None },
         }
     }
 
     /// Its velocity, by those of nodes of the mesh and of solids [m/s].
     pub fn velocity(&self, of_node: &dyn Fn(usize) -> Vector<D>, of_solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
-        let VelocityShares { solid, node } = self.shares();
+        let VelocityWeights { solid, node } = self.velocity_weights();
         let surface: Vector<D> = self.weights.iter().map(|&(a, w)| of_solid(a as usize) * w).sum();
         let gliding = node.zip(self.gliding_node).map_or(Vector::ZERO, |(p, i)| p.apply(of_node(i as usize)));
         solid.apply(surface) + gliding
@@ -100,9 +100,12 @@ pub(super) fn cut_point<const D: usize, const N: usize>(
     let own = is_other.then(|| own_crossing(surface, at, body, length)).flatten();
     let (t, foot) = own.unwrap_or(of_all);
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
-    let last =
-        if conditions.contains(&SurfaceCondition::Slip) { LEAST_GLIDING_EDGE_SHARE } else { LEAST_INNER_EDGE_SHARE };
-    let kept = t.clamp(LEAST_EDGE_SHARE, 1.0 - last);
+    let last = if conditions.contains(&SurfaceCondition::Slip) {
+        LEAST_GLIDING_EDGE_FRACTION
+    } else {
+        LEAST_INNER_EDGE_FRACTION
+    };
+    let kept = t.clamp(LEAST_EDGE_FRACTION, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let normal = foot.and_then(|foot| surface.normal(&foot));
     let bound_directions = normal.filter(|_| foot.is_some_and(|foot| glides(&foot))).map(|n| Tensor::outer(n, n));
@@ -138,7 +141,7 @@ fn level_of<const D: usize, const N: usize>(
     node: u32,
     distance: f64,
 ) -> f64 {
-    let margin = LEAST_INNER_EDGE_SHARE * smallest_element(mesh, node as usize);
+    let margin = LEAST_INNER_EDGE_FRACTION * smallest_element(mesh, node as usize);
     if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
 }
 

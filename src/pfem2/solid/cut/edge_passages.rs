@@ -51,9 +51,9 @@ impl<const D: usize> EdgePoint<D> {
         if points.is_empty() {
             return None;
         }
-        let share = 1.0 / points.len() as f64;
-        let position = points.iter().map(|point| point.position * share).sum();
-        let weights = points.iter().flat_map(|point| &point.weights).map(|&(a, weight)| (a, weight * share)).collect();
+        let factor = 1.0 / points.len() as f64;
+        let position = points.iter().map(|point| point.position * factor).sum();
+        let weights = points.iter().flat_map(|point| &point.weights).map(|&(a, weight)| (a, weight * factor)).collect();
         Some(Self { position, weights, tangent: None })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::CutPoint;
 use super::cones::CrossedElement;
-use super::cut_point::{LEAST_GLIDING_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, crossing};
+use super::cut_point::{LEAST_GLIDING_EDGE_FRACTION, LEAST_INNER_EDGE_FRACTION, crossing};
 use super::edge_passages::{EdgePoint, LEAST_SHAPE_FUNCTION, moved_inside};
 use super::solid_edges::{Crossings, Solids};
 use crate::math::{Tensor, Vector};
@@ -51,7 +51,7 @@ impl<const D: usize> Solids<'_, D> {
         let middle = x[0] + (x[1] - x[0]) * fraction;
         let inside = self.surface.distance(middle);
         let length = (x[1] - x[0]).norm();
-        if inside > LEAST_INNER_EDGE_SHARE * length {
+        if inside > LEAST_INNER_EDGE_FRACTION * length {
             return None;
         }
         let seen = |end: usize| self.seen_from(nodes[end], [x[end], middle], inside, length);
@@ -68,7 +68,7 @@ impl<const D: usize> Solids<'_, D> {
         let part = way.norm() / length;
         let ends = [self.surface.distance(start), inside.min(0.0)];
         let (t, _) = crossing(|x| self.surface.foot(x), at, ends, 0.0, way.norm());
-        let t = t.min(1.0 - LEAST_EDGE_DISTANCE / part).max(LEAST_GLIDING_EDGE_SHARE / part);
+        let t = t.min(1.0 - LEAST_EDGE_DISTANCE / part).max(LEAST_GLIDING_EDGE_FRACTION / part);
         let foot = self.surface.foot(at(t))?;
         let glides = self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
         let normal = self.surface.normal(&foot).filter(|_| glides);

@@ -11,7 +11,7 @@
 //! Without them such elements would hold nothing, and the pressure around would press the two surfaces together, a
 //! constant one, too. The fluid of a film moves with its cut points, which follow the solids: it sticks there.
 
-use super::cut_point::{LEAST_EDGE_SHARE, LEAST_INNER_EDGE_SHARE, LEAST_THICKNESS, crossing};
+use super::cut_point::{LEAST_EDGE_FRACTION, LEAST_INNER_EDGE_FRACTION, LEAST_THICKNESS, crossing};
 use super::film_parts::{FilmElement, FilmNumbers};
 use super::{CutBySolid, CutPoint, ElementState, PIECE, SolidCut};
 use crate::math::Vector;
@@ -152,7 +152,7 @@ fn ways_to_surface<const D: usize>(
         let at = |t: f64| other.position + (own.position - other.position) * t;
         let ends = [nearest(at(0.0))?.distance, nearest(at(1.0))?.distance];
         // A node on the surface, along which the edge may run, is as far inside as others that count as inside.
-        let margin = LEAST_EDGE_SHARE * length;
+        let margin = LEAST_EDGE_FRACTION * length;
         let level = if ends[1] < -margin { 0.0 } else { margin };
         let crossed = || (1.0 - crossing(nearest, at, [ends[0], ends[1].min(0.0)], level, length).0) * length;
         Some(if ends[0] > level { crossed() } else { length })
@@ -208,7 +208,7 @@ fn touching<const D: usize>(
     let way = sides[1].position - sides[0].position;
     let place = (middle - sides[0].position).dot(way) / way.norm_squared();
     let half = 0.5 * LEAST_THICKNESS;
-    let place = place.clamp(LEAST_EDGE_SHARE + half, 1.0 - LEAST_EDGE_SHARE - half);
+    let place = place.clamp(LEAST_EDGE_FRACTION + half, 1.0 - LEAST_EDGE_FRACTION - half);
     let point = |k: usize, t: f64| {
         let position = sides[0].position + way * t;
         let foot = surface.foot_on_body(sides[k].body, position)?;
@@ -229,11 +229,11 @@ fn film_point<const D: usize>(
     let nearest = |x| surface.foot_on_body(side.body, x);
     let to = side.position - middle;
     let at = |t: f64| middle + to * t;
-    let margin = LEAST_INNER_EDGE_SHARE * length;
+    let margin = LEAST_INNER_EDGE_FRACTION * length;
     let ends = [nearest(middle)?.distance, nearest(side.position)?.distance];
     let level = if ends[1] < -margin { 0.0 } else { ends[1] + margin };
     let (t, foot) = crossing(nearest, at, ends, level, to.norm());
-    let kept = t.clamp(LEAST_EDGE_SHARE, 1.0 - LEAST_INNER_EDGE_SHARE);
+    let kept = t.clamp(LEAST_EDGE_FRACTION, 1.0 - LEAST_INNER_EDGE_FRACTION);
     let foot = foot.filter(|_| kept == t).or_else(|| nearest(at(kept)))?;
     Some(CutPoint::in_film(film_edge, at(kept), surface.weights(&foot)))
 }

@@ -47,17 +47,17 @@ use super::surface::{NodeWeights, SolidSurface};
 use crate::math::Vector;
 use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
-use crate::pfem2::cut_element::share;
+use crate::pfem2::cut_element::volume_fraction;
 pub use chords::Chords;
-pub use cut_point::{CutPoint, VelocityShares};
-use cut_point::{LEAST_EDGE_SHARE, cut_point, smallest_element};
+pub use cut_point::{CutPoint, VelocityWeights};
+use cut_point::{LEAST_EDGE_FRACTION, cut_point, smallest_element};
 use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
 /// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers
 /// of rounding lie along a surface on lines of the mesh, and none that are thinner than what cut points keep.
-const ON_SURFACE: f64 = LEAST_EDGE_SHARE;
+const ON_SURFACE: f64 = LEAST_EDGE_FRACTION;
 
 /// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or
 /// less it would be fluid or solid.
@@ -124,14 +124,14 @@ pub struct CutBySolid<const N: usize> {
     /// Shape functions of the element at the corners of each of them.
     pub shapes: Vec<[[f64; N]; N]>,
     /// Their volume over that of the element.
-    pub share: f64,
+    pub volume_fraction: f64,
 }
 
 impl<const N: usize> CutBySolid<N> {
     /// An element with its cut points and its parts outside, whose places are not known yet.
     fn new(element: u32, nodes: [u32; N], points: Vec<u32>, parts: Vec<FluidSimplex<N>>) -> Self {
         let [outside, two_sided] = [[false; N]; 2];
-        Self { element, nodes, points, outside, two_sided, parts, shapes: Vec::new(), share: 1.0 }
+        Self { element, nodes, points, outside, two_sided, parts, shapes: Vec::new(), volume_fraction: 1.0 }
     }
 
     /// Finds where the corners of its parts are in the element, given the cut points.
@@ -144,7 +144,7 @@ impl<const N: usize> CutBySolid<N> {
             }
         };
         self.shapes = self.parts.iter().map(|part| part.vertices.map(shape)).collect();
-        self.share = self.shapes.iter().map(share).sum();
+        self.volume_fraction = self.shapes.iter().map(volume_fraction).sum();
     }
 }
 
@@ -226,12 +226,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 
     /// Volume of the part of an element outside of solids [m³]; [m²] in 2D.
     pub fn volume_outside(&self, mesh: &Mesh<D, N>, element: usize) -> f64 {
-        let share = match self.state[element] {
+        let volume_fraction = match self.state[element] {
             ElementState::Fluid => 1.0,
             ElementState::Solid => 0.0,
-            ElementState::Cut(place) => self.elements[place as usize].share,
+            ElementState::Cut(place) => self.elements[place as usize].volume_fraction,
         };
-        share * mesh.simplex(element).volume
+        volume_fraction * mesh.simplex(element).volume
     }
 
     /// Volume of the background mesh that counts as solid [m³]; [m²] in 2D.

@@ -24,7 +24,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const AT_CROSSING: f64 = 0.01;
 
 /// Part of an element that an apex must add to the fluid or take from it where no edge or face says that it is needed.
-const LEAST_APEX_SHARE: f64 = 0.01;
+const LEAST_APEX_FRACTION: f64 = 0.01;
 
 /// Elements per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -250,7 +250,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         };
         let (points, parts) = self.numbered(mesh, &crossed, &parts);
         let volume: f64 = parts.iter().map(|(_, volume)| volume).sum();
-        let changed = (volume - before).abs() > LEAST_APEX_SHARE * mesh.simplex(crossed.element).volume;
+        let changed = (volume - before).abs() > LEAST_APEX_FRACTION * mesh.simplex(crossed.element).volume;
         if !is_needed && !changed {
             self.points.truncate(mark);
             return;

@@ -1,6 +1,6 @@
 use super::super::mesh::SolidMesh;
 use super::super::surface::tests::{disc, interpolate, rotation, surface_of, turned_box};
-use super::cut_point::LEAST_INNER_EDGE_SHARE;
+use super::cut_point::LEAST_INNER_EDGE_FRACTION;
 use super::*;
 use crate::mesh::Simplex;
 use proptest::prelude::*;
@@ -51,10 +51,11 @@ fn check_curved<const D: usize, const N: usize>(
         let follows = interpolate(&point.weights, &solid.nodes);
         let is_off = curvature > 0.0 && (follows - point.position).norm() < 1e-10;
         assert!(is_off || (follows - nearest.position).norm() < 1e-10);
-        let is_clamped = (t - LEAST_EDGE_SHARE).min(1.0 - LEAST_INNER_EDGE_SHARE - t) < 1e-9;
+        let is_clamped = (t - LEAST_EDGE_FRACTION).min(1.0 - LEAST_INNER_EDGE_FRACTION - t) < 1e-9;
         // An edge that ends in a node beside the surface is cut where the distance is that of the node, or a little
         // more.
-        let level = surface.distance(end).max(0.0) + LEAST_INNER_EDGE_SHARE * smallest_element(mesh, own[1] as usize);
+        let level =
+            surface.distance(end).max(0.0) + LEAST_INNER_EDGE_FRACTION * smallest_element(mesh, own[1] as usize);
         let off = 1e-6 * edge.norm()
             + curvature * edge.norm_squared() / 4.0
             + if surface.distance(end) > 0.0 { level } else { 0.0 };
@@ -228,7 +229,7 @@ fn a_surface_through_nodes_and_along_edges_is_cut() {
     let mesh = background::<3, 4>(1.0, 5);
     let solid = SolidMesh::block(Vector([-0.6, -0.2, -0.6]), Vector([0.2, 0.6, 0.2]), [2, 1, 1]).unwrap();
     let volume = check(&mesh, &solid).volume_inside(&mesh);
-    assert!((volume - 0.512).abs() < 4.0 * LEAST_INNER_EDGE_SHARE, "{volume}");
+    assert!((volume - 0.512).abs() < 4.0 * LEAST_INNER_EDGE_FRACTION, "{volume}");
 }
 
 /// A solid that leaves the mesh is cut where there are elements.

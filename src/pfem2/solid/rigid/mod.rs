@@ -18,7 +18,7 @@ use super::setup::PrescribedMotion;
 use crate::linalg::{MatrixEntry, SparseMatrix};
 use crate::math::{Signal, Tensor, Vector};
 use crate::parallel;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 pub use freedom::{Contradiction, Freedom, RigidRates};
 pub use state::{RigidPrediction, RigidState};
 use std::ops::Range;
@@ -138,11 +138,11 @@ impl RigidBody {
         &self,
         state: &RigidState,
         t_end: f64,
-        shares: StepShares,
+        step_weights: StepWeights,
         weights: [f64; 3],
         held: &[HeldAxis],
     ) -> Result<RigidPrediction, Contradiction> {
-        let StepShares { dt, end, start, earlier } = shares;
+        let StepWeights { dt, end, start, earlier } = step_weights;
         let explicit = |[now, before]: [Vector<3>; 2]| (now * start + before * earlier) * dt;
         let mean = |rates: &[Vector<3>; 3]| {
             rates.iter().zip(weights).map(|(rate, weight)| *rate * (weight * dt)).sum::<Vector<3>>()

@@ -4,7 +4,7 @@ use super::Structure;
 use super::state::{Prediction, SolidState};
 use crate::error::{Place, StepError};
 use crate::math::{Tensor, Vector};
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::solid::equations::IndependentInertia;
 use crate::pfem2::solid::equations::independent::IndependentVelocities;
 use crate::pfem2::solid::rigid::{Contradiction, HeldAxis, RigidBody, RigidLoad, RigidPrediction, RigidState};
@@ -47,19 +47,20 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn predict_rigid(
         &self,
         t_end: f64,
-        shares: StepShares,
+        step_weights: StepWeights,
         weights: [f64; 3],
         held: &dyn Fn(&RigidBody) -> Vec<HeldAxis>,
     ) -> Result<Vec<RigidPrediction>, StepError> {
         let mut first = 0;
         let predict = |(body, state): (&RigidBody, &RigidState)| {
-            let mut own =
-                body.predict(state, t_end, shares, weights, &held(body)).map_err(|Contradiction { missed }| {
+            let mut own = body.predict(state, t_end, step_weights, weights, &held(body)).map_err(
+                |Contradiction { missed }| {
                     let name = &self.setups()[body.solid].name;
                     let what = format!("the supports of the rigid solid `{name}` ask for a deformation");
                     let advice = "give all of its supports velocities of one rigid motion";
                     StepError::new(Place::Everywhere, what, "missed velocity", missed, advice)
-                })?;
+                },
+            )?;
             own.first = first;
             first += own.freedom.free.len() as u32;
             Ok(own)

@@ -33,7 +33,7 @@ pub(in crate::pfem2::solid) struct Dilatation<'a, const D: usize> {
     ratio: Vec<f64>,
 }
 
-/// Share of the dilatation modes in the tangent.
+/// Contribution of the dilatation modes to the tangent.
 struct ModeTangent<const D: usize> {
     /// b_a of each mode.
     volume: [Vec<Vector<D>>; MODES],

@@ -7,7 +7,7 @@
 //! A pressure that is the same everywhere is exact; at an edge or a corner t_a is the mean over the sides that meet
 //! there.
 
-use super::support::shares_at;
+use super::support::node_areas_at;
 use crate::math::Vector;
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
 use std::collections::BTreeSet;
@@ -55,7 +55,7 @@ impl SolidOutline {
     ) -> Vec<Vector<D>> {
         let mut areas = vec![0.0; positions.len()];
         for facet in &mesh.facets {
-            shares_at(positions, &facet.nodes).into_iter().for_each(|(node, area)| areas[node as usize] += area);
+            node_areas_at(positions, &facet.nodes).into_iter().for_each(|(node, area)| areas[node as usize] += area);
         }
         self.nodes.iter().map(|&node| forces[node as usize] / areas[node as usize]).collect()
     }
@@ -94,8 +94,8 @@ mod tests {
             let ends = [0, 2].map(|k| positions[facet.nodes[k] as usize]);
             let along = ends[1] - ends[0];
             // ∫ N_a n da of a straight facet: its area vector times 1/6, 4/6, 1/6.
-            for (node, share) in facet.nodes.iter().zip([1.0, 4.0, 1.0]) {
-                forces[*node as usize] -= Vector([along[1], -along[0]]) * (50.0 * share / 6.0);
+            for (node, weight) in facet.nodes.iter().zip([1.0, 4.0, 1.0]) {
+                forces[*node as usize] -= Vector([along[1], -along[0]]) * (50.0 * weight / 6.0);
             }
         }
         let outline = SolidOutline::new("block", &mesh);

@@ -4,7 +4,7 @@ use super::constrained::held_axes;
 use super::{Prediction, SolidState, Structure};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 
 impl<const D: usize> Structure<D> {
     /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻²
@@ -15,10 +15,10 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2) fn predict(
         &self,
         t_end: f64,
-        shares: StepShares,
+        step_weights: StepWeights,
         weights: [f64; 3],
     ) -> Result<Prediction<D>, StepError> {
-        let StepShares { dt, end, start, earlier } = shares;
+        let StepWeights { dt, end, start, earlier } = step_weights;
         let SolidState { displacement: u, velocity: v, acceleration: a, .. } = &self.state;
         let hat = |x: &[Vector<D>], now: &[Vector<D>], before: &[Vector<D>]| -> Vec<Vector<D>> {
             let all = x.iter().zip(now).zip(before);
@@ -35,7 +35,7 @@ impl<const D: usize> Structure<D> {
                 displacement[unknown / D][unknown % D] = supported(unknown / D, unknown % D, *velocity);
             }
         }
-        let rigid = self.predict_rigid(t_end, shares, weights, &|body| {
+        let rigid = self.predict_rigid(t_end, step_weights, weights, &|body| {
             held_axes::<D>(body, &held, |unknown, velocity| supported(unknown / D, unknown % D, velocity))
         })?;
         self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));

@@ -64,7 +64,7 @@ impl FollowerPressures {
         self.facets.is_empty()
     }
 
-    /// Calls `add` with each node and its share of the forces at time `t` [s], where all nodes are at `positions` [m]
+    /// Calls `add` with each node and its part of the forces at time `t` [s], where all nodes are at `positions` [m]
     /// [N].
     pub fn forces<const D: usize>(&self, t: f64, positions: &[Vector<D>], mut add: impl FnMut(u32, Vector<D>)) {
         for facet in &self.facets {
@@ -76,7 +76,7 @@ impl FollowerPressures {
         }
     }
 
-    /// Calls `add` with pairs of nodes (a, b) of elastic solids and their share of ∂f_a/∂u_b [N/m].
+    /// Calls `add` with pairs of nodes (a, b) of elastic solids and their part of ∂f_a/∂u_b [N/m].
     pub fn stiffness<const D: usize>(
         &self,
         t: f64,
@@ -94,8 +94,8 @@ impl FollowerPressures {
     }
 }
 
-/// Calls `add` with pairs of places (a, b) among the nodes of a facet and the share of a Gauss point under this
-/// pressure [Pa] in ∂f_a/∂u_b [N/m].
+/// Calls `add` with pairs of places (a, b) among the nodes of a facet and the contribution of a Gauss point under this
+/// pressure [Pa] to ∂f_a/∂u_b [N/m].
 pub(in crate::pfem2::solid) fn point_stiffness<const D: usize>(
     nodes: &[u32],
     positions: &[Vector<D>],

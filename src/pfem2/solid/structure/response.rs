@@ -81,12 +81,12 @@ impl<const D: usize> Structure<D> {
     }
 
     /// ∫ |n·e| e dA over the surface of a solid, at its nodes [m²].
-    pub fn frontal_shares(&self, solid: usize, e: Vector<D>) -> NodalForces<D> {
-        let mut shares = vec![Vector::ZERO; self.nodes.len()];
+    pub fn frontal_areas(&self, solid: usize, e: Vector<D>) -> NodalForces<D> {
+        let mut areas = vec![Vector::ZERO; self.nodes.len()];
         self.visit_area(solid, |own, area| {
-            own.for_each(|(node, shape)| shares[node] += e * (area.dot(e).abs() * shape))
+            own.for_each(|(node, shape)| areas[node] += e * (area.dot(e).abs() * shape))
         });
-        shares
+        areas
     }
 
     /// ∫ |φ·n| dA over the surface of a solid [m²], for a shape φ of the displacement of all nodes.
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_beam_has_two_sides_in_a_stream() {
         let beam = cantilever();
-        let along = |e: Vector<2>| beam.frontal_shares(0, e).into_iter().sum::<Vector<2>>().dot(e);
+        let along = |e: Vector<2>| beam.frontal_areas(0, e).into_iter().sum::<Vector<2>>().dot(e);
         assert!((along(Vector([0.0, 1.0])) - 2.0 * LENGTH).abs() < 1e-12);
         assert!((along(Vector([-1.0, 0.0])) - 2.0 * THICKNESS).abs() < 1e-12);
         let shape = vec![Vector([0.0, 1.0]); beam.nodes.len()];

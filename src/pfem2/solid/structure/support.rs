@@ -109,12 +109,15 @@ fn places<const D: usize>(mesh: &SolidMesh<D>, nodes: &[u32]) -> Vec<Vector<D>> 
 }
 
 /// ∫ N_a dA [m²] of the nodes of a facet.
-pub fn facet_shares<const D: usize>(mesh: &SolidMesh<D>, facet: usize) -> Vec<(u32, f64)> {
-    shares_at(&mesh.nodes, &mesh.facets[facet].nodes)
+pub fn facet_node_areas<const D: usize>(mesh: &SolidMesh<D>, facet: usize) -> Vec<(u32, f64)> {
+    node_areas_at(&mesh.nodes, &mesh.facets[facet].nodes)
 }
 
 /// ∫ N_a dA [m²] of the nodes of a facet, where all nodes are at `positions` [m].
-pub(in crate::pfem2::solid) fn shares_at<const D: usize>(positions: &[Vector<D>], nodes: &[u32]) -> Vec<(u32, f64)> {
+pub(in crate::pfem2::solid) fn node_areas_at<const D: usize>(
+    positions: &[Vector<D>],
+    nodes: &[u32],
+) -> Vec<(u32, f64)> {
     let places: Vec<Vector<D>> = nodes.iter().map(|&node| positions[node as usize]).collect();
     let points = gauss_points(D - 1);
     let own_area =

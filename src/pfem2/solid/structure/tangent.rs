@@ -18,7 +18,7 @@ pub struct ElementForces<const D: usize> {
     pub geometric: Vec<f64>,
 }
 
-/// Shares of the stress S of the last linear equations in a tangent.
+/// Contributions of the stress S of the last linear equations to a tangent.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LastStress {
     /// ∫ G_a · S G_b dV [N/m], row by row.

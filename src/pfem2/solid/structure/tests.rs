@@ -10,7 +10,7 @@ use super::*;
 use crate::linalg::SparseFactor;
 use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
-use crate::pfem2::history::StepShares;
+use crate::pfem2::history::StepWeights;
 use crate::pfem2::solid::mesh::SolidFacet;
 use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, PrescribedMotion, SurfaceTraction};
 
@@ -45,16 +45,16 @@ impl<const D: usize> SolidsAlone<D> {
         Self { structure, dt, theta, steps: 0, factor: None }
     }
 
-    /// Shares and weights of equal steps: the first of first order, the second without the second difference
+    /// Weights of equal steps in forces and in v*: the first of first order, the second without the second difference
     /// (theory (F.8), (F.15)).
-    fn shares(&self) -> (StepShares, [f64; 3]) {
+    fn step_weights(&self) -> (StepWeights, [f64; 3]) {
         let (dt, theta) = (self.dt, self.theta);
         let part = 5.0 / 12.0 * (2.0 - 2.4 * theta);
         match self.steps {
-            0 => (StepShares { dt, end: 1.0, start: 0.0, earlier: 0.0 }, [1.0, 0.0, 0.0]),
-            1 => (StepShares { dt, end: theta, start: 1.5 - 2.0 * theta, earlier: theta - 0.5 }, [1.5, -0.5, 0.0]),
+            0 => (StepWeights { dt, end: 1.0, start: 0.0, earlier: 0.0 }, [1.0, 0.0, 0.0]),
+            1 => (StepWeights { dt, end: theta, start: 1.5 - 2.0 * theta, earlier: theta - 0.5 }, [1.5, -0.5, 0.0]),
             _ => (
-                StepShares { dt, end: theta, start: 1.5 - 2.0 * theta, earlier: theta - 0.5 },
+                StepWeights { dt, end: theta, start: 1.5 - 2.0 * theta, earlier: theta - 0.5 },
                 [1.5 + part, -0.5 - 2.0 * part, part],
             ),
         }
@@ -62,9 +62,9 @@ impl<const D: usize> SolidsAlone<D> {
 
     /// Takes a step; returns the forces that nodes lack [N]: of the supports, where they hold them.
     fn solve_alone(&mut self, gravity: Vector<D>) -> Vec<f64> {
-        let (shares, weights) = self.shares();
-        let (t_end, delta) = ((self.steps + 1) as f64 * self.dt, shares.end * shares.dt);
-        let prediction = self.structure.predict(t_end, shares, weights).unwrap();
+        let (step_weights, weights) = self.step_weights();
+        let (t_end, delta) = ((self.steps + 1) as f64 * self.dt, step_weights.end * step_weights.dt);
+        let prediction = self.structure.predict(t_end, step_weights, weights).unwrap();
         let equations = self.structure.equations(t_end, delta, &prediction, |_| gravity).unwrap();
         let (matrix, rhs) = equations.independent(&[], &vec![0.0; equations.rhs.len()]);
         let factor = match self.factor.take() {
@@ -263,8 +263,8 @@ fn a_moving_support_carries_its_nodes_and_takes_their_change_of_momentum() {
     let mut run = SolidsAlone::new(setup, 0.01, 0.6);
     assert_eq!(run.structure.state.velocity[held[0] as usize], Vector([1.0, 0.0]));
     for step in 1..=20 {
-        let (shares, weights) = run.shares();
-        let predicted = run.structure.predict(f64::from(step) * 0.01, shares, weights).unwrap().displacement;
+        let (step_weights, weights) = run.step_weights();
+        let predicted = run.structure.predict(f64::from(step) * 0.01, step_weights, weights).unwrap().displacement;
         let reactions = run.solve_alone(gravity);
         let carried = &run.structure.state.displacement;
         assert!(held.iter().all(|&node| (predicted[node as usize] - carried[node as usize]).norm() < 1e-14));

@@ -12,7 +12,7 @@ pub(in crate::pfem2::solid) struct FacetPoint<const D: usize> {
     /// Coordinates of the point, in −1..=1.
     pub local: [f64; 2],
     /// Weight of the point, 2 per axis in sum.
-    pub share: f64,
+    pub quadrature_weight: f64,
     /// Shape functions of the global nodes.
     pub weights: NodeWeights,
 }
@@ -43,14 +43,14 @@ impl<const D: usize> SolidSurface<D> {
         let across = if D == 3 { &points[..] } else { &[(0.0, 1.0)] };
         for &(t, second) in across {
             for &(s, first) in &points {
-                let (local, share) = ([s, t], first * second);
+                let (local, quadrature_weight) = ([s, t], first * second);
                 let [along, across] = own.tangents(local).map(|tangent| Vector(tangent.to3()));
                 let across = if D == 3 { across } else { Vector::unit(2) };
                 visit(FacetPoint {
                     position: own.position(local),
-                    area: Vector::from3(along.cross(across).0) * share,
+                    area: Vector::from3(along.cross(across).0) * quadrature_weight,
                     local,
-                    share,
+                    quadrature_weight,
                     weights: weights(&own.nodes, &local[..D - 1]),
                 });
             }
@@ -63,9 +63,9 @@ impl<const D: usize> SolidSurface<D> {
         let own = &self.facets[facet as usize];
         let [along, across] = own.tangents(local).map(|tangent| Vector(tangent.to3()));
         let across = if D == 3 { across } else { Vector::unit(2) };
-        let per_share = Vector::<D>::from3(along.cross(across).0);
-        let share = area.dot(per_share) / per_share.norm_squared().max(f64::MIN_POSITIVE);
-        FacetPoint { position, area, local, share, weights: weights(&own.nodes, &local[..D - 1]) }
+        let per_weight = Vector::<D>::from3(along.cross(across).0);
+        let quadrature_weight = area.dot(per_weight) / per_weight.norm_squared().max(f64::MIN_POSITIVE);
+        FacetPoint { position, area, local, quadrature_weight, weights: weights(&own.nodes, &local[..D - 1]) }
     }
 
     /// The facet that is nearest to a place, and the coordinates of its nearest point.

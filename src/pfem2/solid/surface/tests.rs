@@ -67,9 +67,9 @@ pub fn disc(n: usize) -> SolidMesh<2> {
             if block == 4 {
                 return Vector([u, v]) * 0.5;
             }
-            let share = 0.5 * (u + 1.0);
+            let fraction = 0.5 * (u + 1.0);
             let (s, c) = (FRAC_PI_4 * v).sin_cos();
-            let side = Vector([0.5, 0.5 * v]) * (1.0 - share) + Vector([c, s]) * share;
+            let side = Vector([0.5, 0.5 * v]) * (1.0 - fraction) + Vector([c, s]) * fraction;
             (0..block).fold(side, |x, _| Vector([-x[1], x[0]]))
         };
         for (i, j) in (0..n * n).map(|k| (2 * (k % n), 2 * (k / n))) {

@@ -120,7 +120,7 @@ impl<const D: usize> SupportedSolid<'_, D> {
     fn in_stream(&self, stream: &AmbientStream<D>) -> Vec<Deflection<D>> {
         let bent = |e: &Vector<D>| {
             let drag = |area: Vector<D>| area * stream.pressure();
-            let forces: Vec<_> = self.structure.frontal_shares(self.number, *e).into_iter().map(drag).collect();
+            let forces: Vec<_> = self.structure.frontal_areas(self.number, *e).into_iter().map(drag).collect();
             let displacement = self.bounded(deflection(self.modes, &forces)?)?;
             Some(Deflection { displacement, multiples: [0.0, 1.0] })
         };

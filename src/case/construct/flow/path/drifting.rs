@@ -198,7 +198,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
         let along = |(axis, motion): (usize, &FlightAxis)| {
             let stiffness = motion.stiffness();
             let e = Vector::<D>::unit(axis);
-            let area = structure.frontal_shares(number, e).into_iter().sum::<Vector<D>>().dot(e);
+            let area = structure.frontal_areas(number, e).into_iter().sum::<Vector<D>>().dot(e);
             let fastest = stream.speed * (self.mass / stiffness).sqrt().min(self.around.file.time.end);
             let most = (stream.pressure() * area / stiffness).min(fastest).min(longest_side(self.setup));
             let parts = (0..=2 * PARTS).map(|k| k as f64 / PARTS as f64 - 1.0);

@@ -25,7 +25,7 @@ struct ChordPlace<const D: usize> {
     away: f64,
     /// Position [m].
     position: Vector<D>,
-    /// Shares of cut points, by their places in the list of the element.
+    /// Weights of cut points, by their places in the list of the element.
     chord: Vec<(usize, f64)>,
 }
 
@@ -75,7 +75,7 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
         let size = (2.0 * mesh.simplex(guess).volume).sqrt();
         let mut points = Vec::new();
         surface.visit_points(facet, breaks, |point| {
-            let FacetPoint { position: x, area, local, share, weights } = point;
+            let FacetPoint { position: x, area, local, quadrature_weight, weights } = point;
             let Location::Inside { element, .. } = locator.locate(mesh, x, guess) else { return };
             guess = element;
             let outwards = area.normalized().unwrap_or_default();
@@ -84,7 +84,7 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
             }
             let Some((place, ChordPlace { position, chord, .. })) = self.chord_place(element, x, size) else { return };
             let shape = mesh.shape_functions(cut.elements[place].element as usize, position);
-            points.push((place, TracePoint { facet, local, share, area, shape, weights, chord }));
+            points.push((place, TracePoint { facet, local, quadrature_weight, area, shape, weights, chord }));
         });
         points
     }
@@ -117,10 +117,10 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
         let element = &self.chords.cut.elements[place];
         let on = |chord: &[usize; D]| {
             let [start, end] = [chord[0], chord[1]].map(|point| self.chords.position(element, point));
-            let shares = closest_on_triangle([start, end, end], x);
-            let shares = [shares[0], shares[1] + shares[2]];
-            let position = start * shares[0] + end * shares[1];
-            let chord = chord.iter().copied().zip(shares).collect();
+            let weights = closest_on_triangle([start, end, end], x);
+            let weights = [weights[0], weights[1] + weights[2]];
+            let position = start * weights[0] + end * weights[1];
+            let chord = chord.iter().copied().zip(weights).collect();
             ChordPlace { away: (x - position).norm_squared(), position, chord }
         };
         let all = self.chords.of_elements[place].iter().map(on);

@@ -66,21 +66,21 @@ struct ChordTriangle<'a, const D: usize, const N: usize> {
     place: usize,
     /// The cut points, by their places in the list of the element.
     chord: &'a [usize; D],
-    /// Its corners, by the shares of the cut points.
+    /// Its corners, by the weights of the cut points.
     corners: [Vector<3>; 3],
 }
 
 impl<const D: usize, const N: usize> ChordTriangle<'_, D, N> {
-    /// Shares of the cut points at a place.
-    fn shares(&self, place: &[f64; 3]) -> Vector<3> {
+    /// Weights of the cut points at a place.
+    fn chord_weights(&self, place: &[f64; 3]) -> Vector<3> {
         self.corners.iter().zip(place).map(|(&corner, &b)| corner * b).sum()
     }
 
     /// Position of a place [m].
     fn position(&self, place: &[f64; 3]) -> Vector<D> {
         let element = &self.chords.cut.elements[self.place];
-        let shares = self.shares(place);
-        self.chord.iter().zip(shares.0).map(|(&point, share)| self.chords.position(element, point) * share).sum()
+        let weights = self.chord_weights(place);
+        self.chord.iter().zip(weights.0).map(|(&point, weight)| self.chords.position(element, point) * weight).sum()
     }
 
     /// Calls `found` with its points.
@@ -102,11 +102,11 @@ impl<const D: usize, const N: usize> ChordTriangle<'_, D, N> {
     }
 
     fn trace_point(&self, place: &[f64; 3], facet: u32, point: FacetPoint<D>) -> TracePoint<D, N> {
-        let FacetPoint { area, local, share, weights, .. } = point;
+        let FacetPoint { area, local, quadrature_weight, weights, .. } = point;
         let Chords { mesh, cut, .. } = self.chords;
         let shape = mesh.shape_functions(cut.elements[self.place].element as usize, self.position(place));
-        let chord = self.chord.iter().copied().zip(self.shares(place).0).collect();
-        TracePoint { facet, local, share, area, shape, weights, chord }
+        let chord = self.chord.iter().copied().zip(self.chord_weights(place).0).collect();
+        TracePoint { facet, local, quadrature_weight, area, shape, weights, chord }
     }
 
     /// Nearest places of the surface to places of the triangle.
@@ -128,7 +128,7 @@ impl<const D: usize, const N: usize> ChordTriangle<'_, D, N> {
 const CORNERS_AND_MIDDLES: [[f64; 3]; 6] =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
 
-/// n dA of a patch through `places` of corners and middles, at a place of its triangle, over a share of one [m²].
+/// n dA of a patch through `places` of corners and middles, at a place of its triangle, for a weight of one [m²].
 fn area<const D: usize>([a, b, c, ab, bc, ca]: &[Vector<D>; 6], place: &[f64; 3]) -> Vector<D> {
     let [s, t, u] = *place;
     let from = *a * (4.0 * s - 1.0);

@@ -29,7 +29,7 @@ pub struct TracePoint<const D: usize, const N: usize> {
     /// Its coordinates there, in −1..=1.
     pub local: [f64; 2],
     /// Its weight among the points of the facet, 2 per axis in sum.
-    pub share: f64,
+    pub quadrature_weight: f64,
     /// n dA [m²], away from the solid.
     pub area: Vector<D>,
     /// Shape functions of the element at the nearest place of the boundary of its fluid part: beyond that they may

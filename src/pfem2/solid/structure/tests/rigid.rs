@@ -56,7 +56,7 @@ fn a_disc_that_is_thrown_keeps_spin_and_shape() {
     let state = run.structure.state.rigid[0];
     assert!((state.spin[0][2] - spin).abs() < 1e-9, "{:?}", state.spin);
     let t = steps as f64 * dt;
-    // The first step takes no share of what was before it.
+    // The first step takes nothing of what was before it.
     let late = (0.6 - 0.5) * dt;
     assert!((state.velocity[0][0] - 2.0).abs() < 1e-9, "{:?}", state.velocity[0]);
     assert!((state.velocity[0][1] - 3.0 + 9.81 * (t - late)).abs() < 1e-8, "{:?}", state.velocity[0]);

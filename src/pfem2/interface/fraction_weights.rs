@@ -1,15 +1,15 @@
-//! Weights of the shares of three and more fluids, which keep the volume of each (theory (G.8)).
+//! Weights of the fractions of three and more fluids, which keep the volume of each (theory (G.8)).
 //!
 //! ```text
 //! f_k ← w_k f_k / Σ_j w_j f_j,      V_k(w) = V_k at the start,      ∂V_k/∂ln w_j = ∂V_j/∂ln w_k
 //! ```
 //!
-//! V_k is what elements hold of a fluid, cut or mixed as [`Phases`] find them. A weight moves the places where shares
-//! are equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed weight of the
-//! largest fluid the derivatives are a symmetric matrix of positive eigenvalues, and Newton steps, halved where they
-//! don't help, find the weights. The largest fluid takes what others can't have: a fluid that began or has become too
-//! small for a node of its own. Where an element begins to hold a third fluid, V jumps by a part of it: what is missing
-//! then is in the history.
+//! V_k is what elements hold of a fluid, cut or mixed as [`Phases`] find them. A weight moves the places where
+//! fractions are equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed
+//! weight of the largest fluid the derivatives are a symmetric matrix of positive eigenvalues, and Newton steps, halved
+//! where they don't help, find the weights. The largest fluid takes what others can't have: a fluid that began or has
+//! become too small for a node of its own. Where an element begins to hold a third fluid, V jumps by a part of it: what
+//! is missing then is in the history.
 
 use crate::math::dense::inverse_of_semidefinite;
 use crate::parallel;
@@ -29,29 +29,29 @@ const REACH: f64 = std::f64::consts::LN_10;
 /// Step of ln w for derivatives.
 const NUDGE: f64 = 1e-5;
 
-/// Gives shares the weights with which each fluid has the volume `wanted` [m³]; `fraction` by fluid and node. Returns
-/// the largest factor between two weights.
+/// Gives fractions the weights with which each fluid has the volume `wanted` [m³]; `fraction` by fluid and node.
+/// Returns the largest factor between two weights.
 pub fn keep_volumes<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     list: &PhaseList,
     fraction: &mut [Vec<f64>],
     wanted: &[f64],
 ) -> f64 {
-    let shares = WeighedShares::new(*region, list, fraction, wanted);
+    let fractions = WeightedFractions::new(*region, list, fraction, wanted);
     let mut log = vec![0.0; wanted.len()];
-    let mut missing = shares.missing(&log);
+    let mut missing = fractions.missing(&log);
     for _ in 0..STEPS {
-        let Some((nearer, rest)) = shares.nearer(&log, &missing) else { break };
+        let Some((nearer, rest)) = fractions.nearer(&log, &missing) else { break };
         (log, missing) = (nearer, rest);
     }
-    let weighed = shares.weighed(&log);
+    let weighed = fractions.weighed(&log);
     fraction.iter_mut().zip(weighed).for_each(|(own, weighed)| *own = weighed);
     let largest = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (largest - log.iter().copied().fold(f64::INFINITY, f64::min)).exp()
 }
 
-/// Shares that are weighed.
-struct WeighedShares<'a, const D: usize, const N: usize> {
+/// Fractions with weights.
+struct WeightedFractions<'a, const D: usize, const N: usize> {
     region: FluidRegion<'a, D, N>,
     list: &'a PhaseList,
     fraction: &'a [Vec<f64>],
@@ -63,7 +63,7 @@ struct WeighedShares<'a, const D: usize, const N: usize> {
     free: Vec<usize>,
 }
 
-impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
+impl<'a, const D: usize, const N: usize> WeightedFractions<'a, D, N> {
     fn new(region: FluidRegion<'a, D, N>, list: &'a PhaseList, fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
         let mesh = region.mesh;
         let alone = |e: usize| {
@@ -84,7 +84,7 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
         Self { region, list, fraction, band, wanted, free }
     }
 
-    /// The shares with the weights e^`log`.
+    /// The fractions with the weights e^`log`.
     fn weighed(&self, log: &[f64]) -> Vec<Vec<f64>> {
         let weight: Vec<f64> = log.iter().map(|log| log.exp()).collect();
         let nodes = self.region.mesh.nodes().len();
@@ -163,8 +163,8 @@ mod tests {
             let [below, above] = [fade(0.31 + 0.2 * x[0] - x[1]), fade(x[1] - 0.63 - 0.1 * x[0])];
             [below, (1.0 - below) * (1.0 - above), (1.0 - below) * above]
         };
-        let shares: Vec<[f64; 3]> = mesh.nodes().iter().map(at).collect();
-        (0..3).map(|k| shares.iter().map(|share| share[k]).collect()).collect()
+        let fractions: Vec<[f64; 3]> = mesh.nodes().iter().map(at).collect();
+        (0..3).map(|k| fractions.iter().map(|at_node| at_node[k]).collect()).collect()
     }
 
     fn volumes(mesh: &Mesh<2, 3>, fraction: &[Vec<f64>]) -> Vec<f64> {
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_with_the_wanted_volumes_stay_as_they_are() {
+    fn fractions_with_the_wanted_volumes_stay_as_they_are() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [20, 20]).unwrap();
         let mut fraction = layers(&mesh);
         let before = fraction.clone();
