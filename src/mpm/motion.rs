@@ -1,7 +1,7 @@
 //! The motion of the particles: velocities from the grid, Lian (65), then positions, Lian (19); theory A.6, A.9.
 //!
 //! ```text
-//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC
+//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC fraction; 1 for APIC
 //! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
 //! x_p ← x_p + Δt Σ N_Ip w_I                             w: ṽ of solids that ṽ strains; else v⁺
 //! ```
@@ -179,16 +179,16 @@ fn larger(a: f64, b: f64) -> f64 {
 pub(in crate::mpm) struct Transport {
     /// Step of the momentum [s].
     pub dt: f64,
-    /// PIC share β.
-    pub share: f64,
+    /// PIC fraction β.
+    pub pic_fraction: f64,
     /// 1/D of the affine matrix [1/m²]; `None`: the gradient itself.
     pub per_inertia: Option<f64>,
 }
 
 impl Transport {
-    /// The transport of a step with a PIC share, for a kernel and cell size [m].
-    pub fn new(dt: f64, share: f64, kernel: Kernel, cell: f64) -> Self {
-        Self { dt, share, per_inertia: kernel.inertia().map(|inertia| 1.0 / (inertia * cell * cell)) }
+    /// The transport of a step with a PIC fraction, for a kernel and cell size [m].
+    pub fn new(dt: f64, pic_fraction: f64, kernel: Kernel, cell: f64) -> Self {
+        Self { dt, pic_fraction, per_inertia: kernel.inertia().map(|inertia| 1.0 / (inertia * cell * cell)) }
     }
 
     /// The sums for particles with or without an affine matrix, and with a gradient if `strained`.
@@ -205,8 +205,8 @@ impl Transport {
     /// New velocities and affine matrices of a chunk.
     pub fn carry<const D: usize>(&self, chunk: &mut Chunk<'_, D>) {
         let Chunk { particles, rows, .. } = chunk;
-        let share = if particles.affine.is_empty() { self.share } else { 1.0 };
-        widest(Carry { velocity: particles.velocity, rows, dt: self.dt, share });
+        let pic_fraction = if particles.affine.is_empty() { self.pic_fraction } else { 1.0 };
+        widest(Carry { velocity: particles.velocity, rows, dt: self.dt, pic_fraction });
         let (from, scale) = match self.per_inertia {
             Some(scale) => (&rows.moment, scale),
             None => (&rows.gradient, 1.0),
@@ -256,7 +256,7 @@ struct Carry<'a, const D: usize> {
     velocity: &'a mut [Vector<D>],
     rows: &'a Rows<D>,
     dt: f64,
-    share: f64,
+    pic_fraction: f64,
 }
 
 impl<const D: usize> Task for Carry<'_, D> {
@@ -264,9 +264,9 @@ impl<const D: usize> Task for Carry<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { velocity, rows, dt, share } = self;
+        let Self { velocity, rows, dt, pic_fraction } = self;
         let n = velocity.len().min(CHUNK_LEN);
-        if share == 1.0 {
+        if pic_fraction == 1.0 {
             // Nothing of the old velocity remains; accelerations may not have been gathered.
             for (p, v) in velocity[..n].iter_mut().enumerate() {
                 *v = rows.velocity(p);
@@ -275,8 +275,9 @@ impl<const D: usize> Task for Carry<'_, D> {
         }
         for (p, v) in velocity[..n].iter_mut().enumerate() {
             for a in 0..D {
-                // Lian (65), drawn to the grid's velocity by the share β.
-                v[a] = (v[a] + rows.acceleration[a][p] * dt) * (1.0 - share) + rows.velocity[a][p] * share;
+                // Lian (65), drawn to the grid's velocity by the fraction β.
+                v[a] =
+                    (v[a] + rows.acceleration[a][p] * dt) * (1.0 - pic_fraction) + rows.velocity[a][p] * pic_fraction;
             }
         }
     }

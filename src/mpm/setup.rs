@@ -104,7 +104,7 @@ pub struct Obstacle {
 /// Particle–grid transfer (theory A.6, A.7).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transfer {
-    /// FLIP, relaxed towards PIC with time constant `relaxation` [s] (infinity: pure FLIP): the PIC share
+    /// FLIP, relaxed towards PIC with time constant `relaxation` [s] (infinity: pure FLIP): the PIC fraction
     /// of a step is 1 − exp(−Δt/relaxation). At fixed times one FMPM(k) update removes the
     /// noise that the grid can't see.
     Flip {

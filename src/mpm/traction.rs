@@ -6,8 +6,8 @@
 //! pressure   f = −P a,   a = s (x_b − x_a) × (x_d − x_c)      along the normal of the deformed surface (in 2D × e_z)
 //! ```
 //!
-//! The neighbours a, b (and c, d) of a particle in its layer span the surface there; s is the share of the span that is
-//! the particle's, with the sign that makes the area vector point outward. Nothing is stored from step to step.
+//! The neighbours a, b (and c, d) of a particle in its layer span the surface there; s is the fraction of the span that
+//! is the particle's, with the sign that makes the area vector point outward. Nothing is stored from step to step.
 
 use crate::error::{Place, StepError};
 use crate::math::{Signal, Vector};
@@ -37,8 +37,8 @@ pub enum Load {
         value: Signal,
         /// Identities of the neighbours [a, b] and [c, d]; in 2D [a, b] only.
         span: Vec<[u32; 2]>,
-        /// Share s of the span.
-        share: f64,
+        /// Fraction s of the span.
+        fraction: f64,
     },
 }
 
@@ -48,7 +48,7 @@ impl Traction {
         let x = position(self.particle).to3();
         match &self.load {
             Load::Dead { value, area } => Vector::from_fn(|a| value[a].value(x, t)) * *area,
-            Load::Pressure { value, span, share } => area(span, position) * (-share * value.value(x, t)),
+            Load::Pressure { value, span, fraction } => area(span, position) * (-fraction * value.value(x, t)),
         }
     }
 }
@@ -84,7 +84,7 @@ mod tests {
         let mut sum = Vector::<2>::ZERO;
         for id in 0..=n {
             let (a, b) = (id.saturating_sub(1), (id + 1).min(n));
-            let load = Load::Pressure { value: Signal::Constant(pressure), span: vec![[a, b]], share: 0.5 };
+            let load = Load::Pressure { value: Signal::Constant(pressure), span: vec![[a, b]], fraction: 0.5 };
             let force = Traction { particle: id, load }.force(0.0, place);
             if id > 0 && id < n {
                 assert!((force.normalized().unwrap() + place(id) * (1.0 / radius)).norm() < 1e-12);
@@ -101,7 +101,7 @@ mod tests {
             let (x, y) = (f64::from(id % 2), f64::from(id / 2));
             Vector([x, 0.6 * y, 0.8 * y])
         };
-        let pressure = Load::Pressure { value: Signal::Constant(5.0), span: vec![[0, 1], [0, 2]], share: 1.0 };
+        let pressure = Load::Pressure { value: Signal::Constant(5.0), span: vec![[0, 1], [0, 2]], fraction: 1.0 };
         let force = Traction { particle: 0, load: pressure }.force::<3>(0.0, turned);
         assert!((force - Vector([0.0, 4.0, -3.0])).norm() < 1e-12, "{force:?}");
         let dead = Load::Dead { value: [0.0, 0.0, -5.0].map(Signal::Constant), area: 2.0 };

@@ -39,7 +39,7 @@ impl<'p, const D: usize> Layer<'p, D> {
         particles
     }
 
-    /// The neighbours of particle `p` across the layer, and the share of their span that is the particle's: its
+    /// The neighbours of particle `p` across the layer, and the fraction of their span that is the particle's: its
     /// part of the undeformed surface is `area` [m²] across the axis. `None` where it has no neighbour.
     fn span(&self, line: [i64; D], p: u32, area: f64) -> Option<(Vec<[u32; 2]>, f64)> {
         let neighbour = |axis: usize, step: i64| {
@@ -77,8 +77,8 @@ impl Construction<'_> {
             (None, Some(pressure)) => {
                 let value = self.signal(&format!("{key}.pressure"), pressure, &samples);
                 let load = |(line, particle)| {
-                    let (span, share) = layer.span(line, particle, area)?;
-                    Some(Traction { particle, load: Load::Pressure { value: value.clone(), span, share } })
+                    let (span, fraction) = layer.span(line, particle, area)?;
+                    Some(Traction { particle, load: Load::Pressure { value: value.clone(), span, fraction } })
                 };
                 let loads: Option<Vec<Traction>> = layer.particles().into_iter().map(load).collect();
                 loads.unwrap_or_else(|| {

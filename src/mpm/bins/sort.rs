@@ -36,8 +36,8 @@ pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vect
     let cells = CELLS.pow(D as u32);
     let slots: HashMap<[i32; D], usize> =
         blocks.iter().enumerate().map(|(slot, &block)| (block, slot * cells)).collect();
-    let share = places.len().div_ceil(PARTS).max(CHUNK);
-    let parts: Vec<&[CellInBlock<D>]> = places.chunks(share).collect();
+    let part_len = places.len().div_ceil(PARTS).max(CHUNK);
+    let parts: Vec<&[CellInBlock<D>]> = places.chunks(part_len).collect();
     let mut next: Vec<Vec<u32>> = parallel::map_parts(&parts, |part| count(part, &slots, cells));
     let total = |b: usize| next.iter().flat_map(|counts| &counts[b * cells..][..cells]).map(|&n| n as usize).sum();
     let blocks = blocks.iter().enumerate().map(|(b, &block)| (block, total(b))).collect();
@@ -46,7 +46,7 @@ pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vect
     let order: Vec<AtomicU32> = std::iter::repeat_with(AtomicU32::default).take(x.len()).collect();
     parallel::change(&mut next, 1, |number, next| {
         let mut last = LastSlot { slots: &slots, block: [i32::MIN; D], slot: 0 };
-        for ((block, local), p) in parts[number].iter().zip((number * share) as u32..) {
+        for ((block, local), p) in parts[number].iter().zip((number * part_len) as u32..) {
             let place = &mut next[last.find(block) + *local as usize];
             order[*place as usize].store(p, Ordering::Relaxed);
             *place += 1;

@@ -170,7 +170,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Contact of one sheet at the end of a sub-step: in pass 0 the detection, and the forces on the sheet's nodes [N];
     /// in further passes, after the nodes have taken up the forces of the last, their change (theory D.7). The
-    /// supports' share is included; the membrane leaves it to them.
+    /// supports' part is included; the membrane leaves it to them.
     pub fn resolve(
         &mut self,
         ContactPass { sheet, pass }: ContactPass,
@@ -223,7 +223,7 @@ impl<const D: usize> Contacts<D> {
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
         for (sheet, method) in self.sheets.iter_mut().zip(&self.methods) {
             method.finish(sheet, &mut self.shifts);
-            sheet.rigid.record_held_shares();
+            sheet.rigid.record_held_fractions();
         }
         // Lian (53).
         self.partners.apply_to_grid(grid);
@@ -358,7 +358,8 @@ impl<const D: usize> Contacts<D> {
         self.counts.largest()
     }
 
-    /// Columns of a checkpoint: sides of particles and normal forces on them, shares held by walls, counts and losses.
+    /// Columns of a checkpoint: sides of particles and normal forces on them, fractions held by walls, counts and
+    /// losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for ContactSheet { name: sheet, labels, .. } in &mut self.sheets {
             for (labels, (body, part)) in labels.iter_mut().zip(&self.bodies) {

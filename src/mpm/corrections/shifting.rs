@@ -2,7 +2,7 @@
 //! (theory A.11); keeps them off sheets and obstacles (theory D.12, E.8).
 //!
 //! ```text
-//! φ_I = Σ_p V_p N_Ip / ∫N_I dx,   c_I = max(φ_I − 1, 0)   what particles fill of a node's share of space, and the excess
+//! φ_I = Σ_p V_p N_Ip / ∫N_I dx,   c_I = max(φ_I − 1, 0)   what particles fill of a node's space, and the excess
 //! x_p ← x_p − α h² ‖ε̇_p‖ Δt ∇c(x_p)                    particle shifting (Lind, Xu, Stansby & Rogers 2012)
 //! V_p ← V_p (1 − (α ‖ε̇_p‖ Δt + β) c(x_p))
 //! ```
@@ -33,7 +33,7 @@ use crate::mpm::coupling::Coupling;
 use crate::mpm::executor::{
     Executor, Gathering, Nodal, Operation, OperationParameters, Operations, Scattering, Targets,
 };
-use crate::mpm::grid::{GhostShares, Ghosts};
+use crate::mpm::grid::{GhostFractions, Ghosts};
 use crate::mpm::kernel::Kernel;
 use crate::mpm::particles::Bodies;
 use crate::mpm::transfer::ScatterContent;
@@ -41,7 +41,7 @@ use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::wall::{BodiesAtWalls, Walls};
 use crate::mpm::{Body, Grid, LeapfrogStep, Node, VelocityField};
 use crate::parallel::{self, CHUNK};
-use free_volume::{at_walls, of_node, share_beside};
+use free_volume::{at_walls, fraction_beside, of_node};
 
 /// Steps between two corrections.
 const EVERY: u64 = 10;
@@ -49,7 +49,7 @@ const EVERY: u64 = 10;
 /// Least distance from a wall or an obstacle to which a particle may be shifted [particle sizes].
 const MARGIN: f64 = 0.25;
 
-/// Nodes with less free volume than this, as a share of that of a free node, say nothing about an excess.
+/// Nodes with less free volume than this, as a fraction of that of a free node, say nothing about an excess.
 const LEAST_FREE_VOLUME: f64 = 0.3;
 
 /// The grid and the walls among which bodies are corrected, and the executor of their sums.
@@ -104,7 +104,7 @@ fn find_excess<const D: usize>(
         let targets = Targets::Sums(&mut sums);
         executor.scatter(grid, field, body, Scattering { content: ScatterContent::Pressures, targets });
     }
-    ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
+    ghosts.fold(&GhostFractions::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
     let free = free_volumes(context, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
@@ -128,7 +128,7 @@ fn find_excess<const D: usize>(
         false => [0.0],
     };
     let mut excess: Vec<[f64; 1]> = parallel::collect(free.len(), CHUNK, excess_at);
-    ghosts.fill(&GhostShares::default(), &mut excess);
+    ghosts.fill(&GhostFractions::default(), &mut excess);
     excess
 }
 
@@ -148,11 +148,11 @@ fn free_volumes<const D: usize>(
             return 0.0;
         }
         let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
-        of_node(grid, &rows, node).min(share_beside(beside))
+        of_node(grid, &rows, node).min(fraction_beside(beside))
     };
     let mut free: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free_at);
     contact.limit_free_volumes(grid, bodies, field, |node, distance| {
-        free[node] = free[node].min(share_beside(distance / grid.cell));
+        free[node] = free[node].min(fraction_beside(distance / grid.cell));
     });
     free
 }

@@ -8,11 +8,11 @@
 //! A particle's volume follows the divergence of velocity along its path, V̇ = V tr L, and keeps for ever what it was
 //! wrong by: paths wander through what the grid can't see, and in a bag at rest the sum of the volumes doubles in
 //! thousands of steps. Nothing else shows that. Of an ideal gas V p = (γ − 1) e, so that forces, work and the speed
-//! of sound γ (γ − 1) e/m are the same for every share of V between particles; but pressures and densities are read
+//! of sound γ (γ − 1) e/m are the same for every division of V between particles; but pressures and densities are read
 //! from it, and how near a particle comes to a surface. The energy per volume of the grid is known, and volumes are
 //! relaxed to it, slowly, so that waves stay as sharp as they are.
 //!
-//! Within an atmosphere p_a (`ambient`) forces and energy depend on the shares of volume, too: the force of a particle
+//! Within an atmosphere p_a (`ambient`) forces and energy depend on the division of V, too: the force of a particle
 //! is (p − p_a) V, and the atmosphere has taken the work p_a V. So volumes are relaxed in proportion to |1 − p_a/p|,
 //! the rate at which p − p_a lets particles drift apart, and not at all at p_a, where p_I differs from p_p by the noise
 //! of its sum alone. The work p_a dV on what was no volume of the gas comes back to the particle: e + p_a V stays.
@@ -26,7 +26,7 @@ use super::shifting::GridContext;
 use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contacts;
 use crate::mpm::executor::{Scattering, Targets};
-use crate::mpm::grid::GhostShares;
+use crate::mpm::grid::GhostFractions;
 use crate::mpm::particles::Bodies;
 use crate::mpm::transfer::ScatterContent;
 use crate::mpm::wall::Walls;
@@ -34,9 +34,9 @@ use crate::mpm::wall::folded_stencil::FoldedStencil;
 use crate::mpm::{Body, Grid, Particles, VelocityField};
 use crate::parallel;
 
-/// Steps between two corrections, and the power β of each.
+/// Steps between two corrections, and the exponent β of each.
 const EVERY: u64 = 10;
-const SHARE: f64 = 0.1;
+const EXPONENT: f64 = 0.1;
 
 /// Number of rows of nodes next to those that the gas fills which take their neighbours' mean.
 const ROWS: usize = 3;
@@ -65,7 +65,7 @@ pub(in crate::mpm) fn correct<const D: usize>(
         let mut sums = vec![[0.0; 2]; grid.node_count()];
         let targets = Targets::Sums(&mut sums);
         executor.scatter(grid, field, body, Scattering { content: ScatterContent::Pressures, targets });
-        ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
+        ghosts.fold(&GhostFractions::default(), &mut sums, |_, _, _| {});
         let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
         let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
         relax_volumes(grid, contact.stencil(), &pressure, body);
@@ -161,11 +161,11 @@ impl GasState {
     fn relaxed(self, wanted: f64, ambient: f64) -> Self {
         let Self { pressure: own, volume, energy } = self;
         // w: the energy p_a V of the atmosphere's part of the volume, over the internal energy.
-        let ambient_share = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
-        let share = SHARE * (1.0 - ambient / wanted).abs().min(1.0);
+        let ambient_ratio = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
+        let exponent = EXPONENT * (1.0 - ambient / wanted).abs().min(1.0);
         // The energy changes the pressure, too; no more than half of it pays for volume.
-        let ratio = (own / wanted).powf(share / (1.0 + ambient_share)).min(1.0 + 0.5 / ambient_share);
-        let left = 1.0 - (ratio - 1.0) * ambient_share;
+        let ratio = (own / wanted).powf(exponent / (1.0 + ambient_ratio)).min(1.0 + 0.5 / ambient_ratio);
+        let left = 1.0 - (ratio - 1.0) * ambient_ratio;
         Self { pressure: own * left / ratio, volume: volume * ratio, energy: energy * left }
     }
 
@@ -181,7 +181,7 @@ impl GasState {
 
 #[cfg(test)]
 mod tests {
-    use super::{GasState, SHARE};
+    use super::{EXPONENT, GasState};
     use crate::mpm::Particles;
 
     fn relax_volume(particles: &mut Particles<2>, p: usize, wanted: f64, ambient: f64) {
@@ -200,8 +200,8 @@ mod tests {
         let mut gas = particle(1.5);
         let energy = gas.energy[0];
         relax_volume(&mut gas, 0, 1.0, 0.0);
-        assert!(gas.energy[0] == energy && (gas.volume[0] - 2.0 * 1.5f64.powf(SHARE)).abs() < 1e-14);
-        assert!((gas.pressure[0] - 1.5f64.powf(1.0 - SHARE)).abs() < 1e-14);
+        assert!(gas.energy[0] == energy && (gas.volume[0] - 2.0 * 1.5f64.powf(EXPONENT)).abs() < 1e-14);
+        assert!((gas.pressure[0] - 1.5f64.powf(1.0 - EXPONENT)).abs() < 1e-14);
     }
 
     /// Within an atmosphere of 0.5 under a pressure of 1 it comes nearer by half of β; e + p_a V stays, and so does γ.
@@ -214,7 +214,7 @@ mod tests {
             assert!((gas.energy[0] + 0.5 * gas.volume[0] - before).abs() < 1e-14);
             assert!((gas.pressure[0] * gas.volume[0] / gas.energy[0] - 0.4).abs() < 1e-14);
             let closer = 1.0 - gas.pressure[0].ln() / pressure.ln();
-            assert!((closer - 0.5 * SHARE).abs() < 0.01 * SHARE, "{closer}");
+            assert!((closer - 0.5 * EXPONENT).abs() < 0.01 * EXPONENT, "{closer}");
         }
     }
 

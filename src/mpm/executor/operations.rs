@@ -20,8 +20,8 @@ use crate::mpm::{Dissipation, Grid};
 pub(in crate::mpm) struct OperationParameters<const D: usize> {
     /// Step of the momentum [s].
     pub momentum_dt: f64,
-    /// PIC share of the velocities.
-    pub pic_share: f64,
+    /// PIC fraction of the velocities.
+    pub pic_fraction: f64,
     /// Increment over which the stresses are updated, or the time for which particles are shifted [s].
     pub strain_dt: f64,
     /// Weight β of averages over the nodes.
@@ -56,11 +56,11 @@ pub(in crate::mpm) struct Operations<'a, const D: usize> {
 impl<'a, const D: usize> Operations<'a, D> {
     /// Operations of `list` for a body.
     pub fn new(list: &'a [Operation], parameters: &OperationParameters<D>, grid: &Grid<D>, body: &Body<D>) -> Self {
-        let &OperationParameters { momentum_dt, pic_share, strain_dt, blend, dissipation, landing } = parameters;
+        let &OperationParameters { momentum_dt, pic_fraction, strain_dt, blend, dissipation, landing } = parameters;
         let solid = body.particles.affine.is_empty() && body.law.keeps_shape();
         Self {
             list,
-            transport: Transport::new(momentum_dt, pic_share, body.kernel, grid.cell),
+            transport: Transport::new(momentum_dt, pic_fraction, body.kernel, grid.cell),
             strain_dt,
             blend,
             cell: grid.cell,

@@ -4,7 +4,7 @@
 //! m_I = Σ m_p N_Ip                                           Lian (60)
 //! p_I = Σ m_p N_Ip (v_p + C_p (x_I − x_p))                   Lian (61); C = 0 for FLIP
 //! f_I = Σ −V_p (σ_p + p_a 1) ∇N_Ip + F_p N_Ip                Lian (17, 18); F: external force, p_a: atmosphere
-//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC          Lian (65)
+//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC fraction; 1 for APIC          Lian (65)
 //! ẋ_p = Σ N_Ip v_I⁺                                                                         Lian (19)
 //! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
 //! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62, 63)
@@ -127,10 +127,10 @@ fn momentum_of<const D: usize, const S: usize>(
             if folds[a][end] != Fold::Extrapolate || ijk[a] != plane - inward {
                 continue;
             }
-            for (depth, share) in [(1, 2.0), (2, -1.0)] {
+            for (depth, factor) in [(1, 2.0), (2, -1.0)] {
                 let mut place = ijk;
                 place[a] += depth * inward;
-                let further = Vector::unit(a) * (share * f64::from(depth * inward) * grid.cell);
+                let further = Vector::unit(a) * (factor * f64::from(depth * inward) * grid.cell);
                 add(grid.find(place).expect("supports are active"), c.apply(further) * (m * n));
             }
         }
@@ -346,10 +346,10 @@ fn land<const D: usize>(
 /// v_p and C_p of one particle.
 fn move_with<const D: usize>(operations: &Operations<'_, D>, sums: &Sums<D>, particle: &mut View<'_, D>) {
     let transport = operations.transport;
-    let share = if particle.affine.is_empty() { transport.share } else { 1.0 };
+    let pic_fraction = if particle.affine.is_empty() { transport.pic_fraction } else { 1.0 };
     let v = particle.velocity[0];
     // Lian (65).
-    particle.velocity[0] = (v + sums.acceleration * transport.dt) * (1.0 - share) + sums.velocity * share;
+    particle.velocity[0] = (v + sums.acceleration * transport.dt) * (1.0 - pic_fraction) + sums.velocity * pic_fraction;
     for c in particle.affine.iter_mut() {
         *c = transport.per_inertia.map_or(sums.gradient, |scale| sums.moment * scale);
     }

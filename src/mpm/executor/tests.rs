@@ -6,7 +6,7 @@ use super::{
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::bins::Bins;
 use crate::mpm::grid::tile::{NodeRecord, put_acceleration, put_scalar, put_velocity};
-use crate::mpm::grid::{Fold, GhostShares, Ghosts, Node, NodeMotion};
+use crate::mpm::grid::{Fold, GhostFractions, Ghosts, Node, NodeMotion};
 use crate::mpm::kernel::with_shape;
 use crate::mpm::motion::Landing;
 use crate::mpm::particles::{Body, Particles};
@@ -193,7 +193,7 @@ fn shifted<const D: usize>(executor: &dyn Executor<D>, kind: KernelKind) -> (Vec
     let along_x: Vec<Vector<D>> = scalar.iter().map(|c| Vector::unit(0) * c[0]).collect();
     let parameters = OperationParameters {
         momentum_dt: 0.0,
-        pic_share: 0.0,
+        pic_fraction: 0.0,
         strain_dt: 0.01,
         blend: 0.0,
         dissipation: Dissipation::Lost,
@@ -306,7 +306,7 @@ fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
         with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, 0, &body, &mut expected));
         let mut both = nodes.iter().zip(&expected);
         assert!(both.all(|(node, expected)| close(node.momentum, expected.momentum)), "{kind:?}");
-        Ghosts::new(&grid).fold(&GhostShares::default(), &mut nodes, |_, _, _| {});
+        Ghosts::new(&grid).fold(&GhostFractions::default(), &mut nodes, |_, _, _| {});
         let heavy: Vec<_> = nodes.iter().enumerate().filter(|(_, node)| node.mass > 1e-9).collect();
         assert_eq!(heavy.len(), 4 * 5, "{kind:?}");
         for (n, node) in heavy {
@@ -334,7 +334,7 @@ fn a_particle_alone_exchanges_no_more_energy_than_there_is() {
             sort(&mut grid, &mut body);
             let mut nodes = vec![Node::default(); grid.node_count()];
             Sweep::new(&grid, 0, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
-            let (ghosts, mut limits) = (Ghosts::new(&grid), GhostShares::default());
+            let (ghosts, mut limits) = (Ghosts::new(&grid), GhostFractions::default());
             limits.measure(&ghosts, &grid.folds, &nodes);
             ghosts.fold(&limits, &mut nodes, |_, _, _| {});
 

@@ -16,8 +16,8 @@ pub struct VelocityField<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
     pub applied: Vec<Vector<D>>,
-    /// The shares by which the ghosts extrapolate, in this step.
-    pub limits: GhostShares,
+    /// The fractions by which the ghosts extrapolate, in this step.
+    pub limits: GhostFractions,
     /// Nodes of which only rounding is left, in this step.
     pub small: Vec<SmallMassNode>,
     /// The masses up to which its nodes are small.
@@ -98,18 +98,18 @@ pub enum Fold {
     Continue,
 }
 
-/// The shares θ by which the ghosts of one velocity field extrapolate (`ghost::limit`); the default: all of them one.
+/// The fractions θ by which the ghosts of one velocity field extrapolate (`ghost::limit`); by default all are one.
 #[derive(Debug, Clone, Default)]
-pub struct GhostShares {
-    /// Shares by axis, in the order of its ghosts; nothing where the grid goes on.
-    pub(super) shares: Vec<Vec<Option<f64>>>,
+pub struct GhostFractions {
+    /// Fractions by axis, in the order of its ghosts; nothing where the grid goes on.
+    pub(super) fractions: Vec<Vec<Option<f64>>>,
 }
 
-impl GhostShares {
-    /// The share of a ghost, by its number among those of the axis; nothing if it is none in this field.
+impl GhostFractions {
+    /// The fraction of a ghost, by its number among those of the axis; nothing if it is none in this field.
     #[inline]
-    pub(super) fn share(&self, axis: usize, number: usize) -> Option<f64> {
-        self.shares.get(axis).map_or(Some(1.0), |shares| shares[number])
+    pub(super) fn fraction(&self, axis: usize, number: usize) -> Option<f64> {
+        self.fractions.get(axis).map_or(Some(1.0), |fractions| fractions[number])
     }
 }
 
@@ -128,13 +128,13 @@ pub struct MassCutoffs {
 #[derive(Debug, Clone)]
 pub struct SmallMassNode {
     pub(super) node: u32,
-    /// Neighbours with their shares of the mass of all of them.
+    /// Neighbours with their fractions of the mass of all of them.
     pub(super) hosts: Vec<(u32, f64)>,
 }
 
 impl SmallMassNode {
     /// Gives the node the mean of its neighbours' values.
     pub fn follow<const D: usize>(&self, values: &mut [Vector<D>]) {
-        values[self.node as usize] = self.hosts.iter().map(|&(host, share)| values[host as usize] * share).sum();
+        values[self.node as usize] = self.hosts.iter().map(|&(host, fraction)| values[host as usize] * fraction).sum();
     }
 }

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Extrapolation takes from row 1 what particles at the wall bring there: little where material fills the rows, all of
-//! it where a film or a single particle is, on which their forces still act; `limit` has the share that a ghost may
+//! it where a film or a single particle is, on which their forces still act; `limit` has the fraction that a ghost may
 //! take.
 //!
 //! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
@@ -25,7 +25,7 @@
 
 mod limit;
 
-use super::{EDGE, Fold, GhostShares, Grid, Node};
+use super::{EDGE, Fold, GhostFractions, Grid, Node};
 use crate::math::Vector;
 use crate::parallel::{self, CHUNK};
 
@@ -48,14 +48,14 @@ struct Ghost {
 }
 
 impl Ghost {
-    /// The images with their factors where the ghost extrapolates by the share θ: u_{−k} = (1 + k θ) u_0 − k θ u_1.
+    /// The images with their factors where the ghost extrapolates by the fraction θ: u_{−k} = (1 + k θ) u_0 − k θ u_1.
     #[inline]
-    fn images(&self, share: f64) -> impl Iterator<Item = (usize, f64)> {
+    fn images(&self, fraction: f64) -> impl Iterator<Item = (usize, f64)> {
         let [(first, f), (second, s)] = self.images;
         let images = if self.mirror {
             [(first, f), (second, s)]
         } else {
-            [(first, 1.0 + (f - 1.0) * share), (second, s * share)]
+            [(first, 1.0 + (f - 1.0) * fraction), (second, s * fraction)]
         };
         images.into_iter().filter(|(_, factor)| *factor != 0.0).map(|(node, factor)| (node as usize, factor))
     }
@@ -151,19 +151,24 @@ impl<const D: usize> Ghosts<D> {
 
     /// Folds what lies on the ghosts into the domain within `limits` and zeroes the ghosts; `before` sees every
     /// mirrored ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
-    pub fn fold<T: Ghosted>(&self, limits: &GhostShares, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
+    pub fn fold<T: Ghosted>(
+        &self,
+        limits: &GhostFractions,
+        values: &mut [T],
+        mut before: impl FnMut(usize, usize, &T),
+    ) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
             // Looking is what takes time, so that is done in parallel; few ghosts carry anything.
             let laden = |number: usize| !values[ghosts[number].node as usize].is_nothing();
             for number in parallel::collect_some(ghosts.len(), CHUNK, |number| laden(number).then_some(number)) {
                 let ghost = &ghosts[number];
-                let Some(share) = limits.share(axis, number) else { continue };
+                let Some(fraction) = limits.fraction(axis, number) else { continue };
                 let mut value = std::mem::take(&mut values[ghost.node as usize]);
                 if ghost.mirror {
                     before(ghost.side, ghost.node as usize, &value);
                     value = value.mirrored(axis);
                 }
-                for (image, factor) in ghost.images(share) {
+                for (image, factor) in ghost.images(fraction) {
                     values[image] = values[image].plus(value, factor);
                 }
             }
@@ -171,14 +176,14 @@ impl<const D: usize> Ghosts<D> {
     }
 
     /// Fills the ghosts from the domain within `limits`.
-    pub fn fill<T: Ghosted>(&self, limits: &GhostShares, values: &mut [T]) {
+    pub fn fill<T: Ghosted>(&self, limits: &GhostFractions, values: &mut [T]) {
         for (axis, ghosts) in self.axes.iter().enumerate().rev() {
             // A ghost's images are no ghosts of the same axis.
             let image = |number: usize| {
                 let ghost = &ghosts[number];
-                let Some(share) = limits.share(axis, number) else { return values[ghost.node as usize] };
+                let Some(fraction) = limits.fraction(axis, number) else { return values[ghost.node as usize] };
                 let mut value = T::default();
-                for (image, factor) in ghost.images(share) {
+                for (image, factor) in ghost.images(fraction) {
                     value = value.plus(values[image], factor);
                 }
                 if ghost.mirror { value.mirrored(axis) } else { value }
@@ -241,7 +246,7 @@ mod tests {
                 let ghosts = Ghosts::new(&grid);
                 let mut weights = vec![[0.0; 3]; grid.node_count()];
                 kernel.for_each(&grid, x, |node, n, dn| weights[node] = [n, dn[0], dn[1]]);
-                ghosts.fold(&GhostShares::default(), &mut weights, |_, _, _| {});
+                ghosts.fold(&GhostFractions::default(), &mut weights, |_, _, _| {});
                 let (mut sum, mut centre, mut slope) = ([0.0; 3], Vector::ZERO, Vector::ZERO);
                 for (node, w) in weights.iter().enumerate() {
                     sum = sum.plus(*w, 1.0);
@@ -272,7 +277,7 @@ mod tests {
                 kernel.for_each(&grid, x, |node, n, _| half[node] += v * n);
                 let mut whole = half.clone();
                 kernel.for_each(&grid, twin, |node, n, _| whole[node] += v.mirrored(0) * n);
-                ghosts.fold(&GhostShares::default(), &mut half, |_, _, _| {});
+                ghosts.fold(&GhostFractions::default(), &mut half, |_, _, _| {});
                 for node in 0..grid.node_count() {
                     let ijk = grid.coordinates(node);
                     if grid.contains(ijk) && ijk[0] > 0 && (2..5).contains(&ijk[1]) {
@@ -296,9 +301,9 @@ mod tests {
             let mut values: Vec<Vector<2>> =
                 (0..grid.node_count()).map(|node| Vector([(node as f64).sin(), (node as f64).cos()])).collect();
             let scattered = weights.clone();
-            ghosts.fold(&GhostShares::default(), &mut weights, |_, _, _| {});
+            ghosts.fold(&GhostFractions::default(), &mut weights, |_, _, _| {});
             let inside: f64 = weights.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
-            ghosts.fill(&GhostShares::default(), &mut values);
+            ghosts.fill(&GhostFractions::default(), &mut values);
             let everywhere: f64 = scattered.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
             assert!((inside - everywhere).abs() < 1e-14);
         }

@@ -20,5 +20,5 @@ pub(in crate::mpm) mod testing;
 pub(in crate::mpm) mod tile;
 
 pub use blocks::{EDGE, Grid};
-pub use field::{Fold, GhostShares, MassCutoffs, Node, NodeMotion, SmallMassNode, VelocityField};
+pub use field::{Fold, GhostFractions, MassCutoffs, Node, NodeMotion, SmallMassNode, VelocityField};
 pub use ghost::Ghosts;

@@ -45,7 +45,7 @@ impl MassCutoffs {
     }
 }
 
-/// The neighbours of a node above the mass `least` [kg], with their shares of the mass of all of them.
+/// The neighbours of a node above the mass `least` [kg], with their fractions of the mass of all of them.
 fn hosts<const D: usize>(grid: &Grid<D>, nodes: &[Node<D>], node: usize, least: f64) -> Vec<(u32, f64)> {
     let mass = |n: usize| (n as u32, nodes[n].mass);
     let mut hosts: Vec<_> = grid.neighbours(node).map(mass).filter(|&(_, mass)| mass > least).collect();
@@ -63,7 +63,7 @@ pub fn find<const D: usize>(grid: &Grid<D>, nodes: &mut [Node<D>], cutoffs: &Mas
     for node in found {
         let hosts = hosts(grid, nodes, node, cutoffs.force);
         let velocity: Vector<D> =
-            hosts.iter().map(|&(j, share)| nodes[j as usize].momentum * (share / nodes[j as usize].mass)).sum();
+            hosts.iter().map(|&(j, fraction)| nodes[j as usize].momentum * (fraction / nodes[j as usize].mass)).sum();
         let mass = ROUNDING * cutoffs.contact;
         nodes[node] = Node { mass, momentum: velocity * mass, ..nodes[node] };
         all.push(SmallMassNode { node: node as u32, hosts });
@@ -95,8 +95,8 @@ impl<const D: usize> TrialMomentum<D> {
             (left != Vector::ZERO).then_some((n, left))
         });
         for (node, force) in small {
-            for (host, share) in hosts(grid, nodes, node, cutoffs.force) {
-                let (host, force) = (host as usize, force * share);
+            for (host, fraction) in hosts(grid, nodes, node, cutoffs.force) {
+                let (host, force) = (host as usize, force * fraction);
                 nodes[host].force += force;
                 nodes[host].momentum += force * dt;
                 applied[host] += force;

@@ -227,11 +227,11 @@ fn check_element<const D: usize>(element: &[u32], position: &[Vector<D>]) -> Res
     Ok(())
 }
 
-/// Equal shares of each element's mass for its nodes (theory (C.27)).
+/// Equal parts of each element's mass for its nodes (theory (C.27)).
 fn lumped_mass<const D: usize>(elements: &MembraneElements, position: &[Vector<D>], areal_density: f64) -> Vec<f64> {
-    let share: Vec<f64> =
+    let part: Vec<f64> =
         elements.iter().map(|nodes| areal_density * area_vector(nodes, position).norm() / nodes.len() as f64).collect();
-    (0..position.len()).map(|k| elements.corners(k).iter().map(|&c| share[elements.element_of(c)]).sum()).collect()
+    (0..position.len()).map(|k| elements.corners(k).iter().map(|&c| part[elements.element_of(c)]).sum()).collect()
 }
 
 /// Per-element values in the order of [`MembraneElements`].

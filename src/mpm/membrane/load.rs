@@ -38,10 +38,10 @@ impl<const D: usize> Pressure<D> {
     /// Prepares the load on `elements` at the reference positions.
     pub fn new(value: Signal, follower: bool, elements: &MembraneElements, reference: &[Vector<D>]) -> Self {
         let loaded = !value.is_zero();
-        let share = |nodes: &[u32]| area_vector(nodes, reference) * (1.0 / nodes.len() as f64);
+        let nodal_area = |nodes: &[u32]| area_vector(nodes, reference) * (1.0 / nodes.len() as f64);
         let varies = loaded && !value.is_uniform();
         Self {
-            area: elements.iter().filter(|_| loaded).map(share).collect(),
+            area: elements.iter().filter(|_| loaded).map(nodal_area).collect(),
             follower,
             local: vec![0.0; if varies { elements.len() } else { 0 }],
             force: vec![Vector::ZERO; if loaded { reference.len() } else { 0 }],
@@ -74,7 +74,7 @@ impl<const D: usize> Pressure<D> {
         bad.map(|e| (e, self.local[e]))
     }
 
-    /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes (theory (C.28)).
+    /// Evaluates the load at time `t`: each element gives equal parts of p·a to its nodes (theory (C.28)).
     pub fn update(&mut self, t: f64, elements: &MembraneElements, position: &[Vector<D>]) {
         let Self { value, area, local, force, .. } = self;
         parallel::fill(local, 1024, |e| {

@@ -121,12 +121,12 @@ fn inside(triangle: &[Vector<3>], normal: Vector<3>, x: Vector<3>) -> bool {
 fn between_segments([p, q]: [Vector<3>; 2], [r, s]: [Vector<3>; 2]) -> (Vector<3>, Vector<3>) {
     let (u, v, w) = (q - p, s - r, p - r);
     let (a, b, c, d, e) = (u.dot(u), u.dot(v), v.dot(v), u.dot(w), v.dot(w));
-    let share = |part: f64, whole: f64| if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 };
+    let fraction = |part: f64, whole: f64| if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 };
     // Of parallel segments any point will do, as long as its partner is found from it.
-    let first = share(b * e - c * d, a * c - b * b);
-    let second = share(b * first + e, c);
+    let first = fraction(b * e - c * d, a * c - b * b);
+    let second = fraction(b * first + e, c);
     // If the second was held at its end, the first follows.
-    let first = share(b * second - d, a);
+    let first = fraction(b * second - d, a);
     (p + u * first, r + v * second)
 }
 

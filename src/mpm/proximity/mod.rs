@@ -50,7 +50,7 @@ pub(in crate::mpm) struct Proximity<const D: usize> {
     surveyed: Vec<Vec<Vector<D>>>,
     /// Displacement of nodes until the next survey [m]; 0: at once.
     allowance: f64,
-    /// Work of the run of which surveys have not used their share [sub-steps of an element].
+    /// Work of the run of which surveys have not used their part [sub-steps of an element].
     work: f64,
     /// Pairs of sheets whose contact was reported.
     reported: BTreeSet<[u32; 2]>,

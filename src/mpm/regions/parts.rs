@@ -24,7 +24,7 @@ use crate::mpm::{Friction, Load, Traction};
 use crate::parallel;
 use std::sync::Arc;
 
-/// Volumes below this share of area times size are rounding: such a surface has no outside yet.
+/// Volumes below this fraction of area times size are rounding: such a surface has no outside yet.
 const FLAT: f64 = 1e-9;
 
 /// Particles per parallel task.
@@ -82,9 +82,9 @@ fn simplices<const D: usize>(nodes: &[u32], position: &[Vector<D>], turned: bool
     simplices
 }
 
-/// The particles of a body in one region.
+/// The piece of a body in one region.
 #[derive(Debug, PartialEq)]
-struct RegionShare {
+struct RegionPiece {
     /// The enclosures that hold it, ascending.
     within: Vec<u32>,
     /// The side of each membrane.
@@ -100,30 +100,30 @@ struct Regions<const D: usize> {
 }
 
 impl<const D: usize> Regions<D> {
-    /// Shares the particles of a body at `position` [m] between regions, in the order of its particles. Only membranes
-    /// that it `meets` count. One that is not to be `divided` is one share, with no side of a membrane that it reaches
-    /// through.
-    fn share(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<RegionShare> {
+    /// Distributes the particles of a body at `position` [m] between regions, in the order of its particles. Only
+    /// membranes that it `meets` count. One that is not to be `divided` is one piece, with no side of a membrane that
+    /// it reaches through.
+    fn distribute(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<RegionPiece> {
         let met = || (0..).zip(&self.enclosures).filter(|(_, enclosure)| meets[enclosure.sheet]);
         let region = |p: usize| met().filter(|(_, e)| e.holds(position[p])).map(|(n, _)| n).collect();
         let regions: Vec<Vec<u32>> = parallel::collect(position.len(), TASK, region);
-        let mut shares: Vec<RegionShare> = Vec::new();
+        let mut pieces: Vec<RegionPiece> = Vec::new();
         for (p, within) in (0..).zip(regions) {
-            match shares.iter_mut().find(|share| share.within == within) {
-                Some(share) => share.particles.push(p),
-                None => shares.push(RegionShare { within, sides: Vec::new(), particles: vec![p] }),
+            match pieces.iter_mut().find(|piece| piece.within == within) {
+                Some(piece) => piece.particles.push(p),
+                None => pieces.push(RegionPiece { within, sides: Vec::new(), particles: vec![p] }),
             }
         }
-        if divided || shares.len() < 2 {
-            for share in &mut shares {
-                share.sides = self.sides(meets, &[&share.within]);
+        if divided || pieces.len() < 2 {
+            for piece in &mut pieces {
+                piece.sides = self.sides(meets, &[&piece.within]);
             }
-            return shares;
+            return pieces;
         }
-        let all: Vec<&[u32]> = shares.iter().map(|share| &share.within[..]).collect();
+        let all: Vec<&[u32]> = pieces.iter().map(|piece| &piece.within[..]).collect();
         let common = all[0].iter().copied().filter(|n| all.iter().all(|within| within.contains(n)));
         let (within, sides) = (common.collect(), self.sides(meets, &all));
-        vec![RegionShare { within, sides, particles: (0..position.len() as u32).collect() }]
+        vec![RegionPiece { within, sides, particles: (0..position.len() as u32).collect() }]
     }
 
     /// The side of each membrane that particles in all these regions are on; 0 where they aren't on one.
@@ -167,9 +167,9 @@ pub(in crate::mpm) fn divide<const D: usize>(
     let (mut parts, mut findings, mut fields) = (Vec::new(), Vec::new(), Vec::new());
     for (index, (group, body)) in bodies.into_pairs().enumerate() {
         let divided = !body.law.keeps_shape() && body.skin.is_empty();
-        let shares = regions.share(&body.particles.position, &met[group], divided);
-        let numbers: Vec<usize> = shares.iter().map(|share| field_number(&mut fields, group, &share.within)).collect();
-        match part(body, shares, &numbers) {
+        let pieces = regions.distribute(&body.particles.position, &met[group], divided);
+        let numbers: Vec<usize> = pieces.iter().map(|piece| field_number(&mut fields, group, &piece.within)).collect();
+        match part(body, pieces, &numbers) {
             Ok(own) => parts.extend(own),
             Err(message) => findings.push(Diagnostic::error(format!("body[{index}].traction"), message).help(
                 "give what is inside of the membrane and what is outside as two bodies, each with its tractions",
@@ -188,22 +188,22 @@ fn field_number(fields: &mut Vec<(usize, Vec<u32>)>, group: usize, within: &[u32
     })
 }
 
-/// The parts of a body, one per share, each with the number of its velocity field.
+/// The parts of a body, one per piece, each with the number of its velocity field.
 fn part<const D: usize>(
     mut body: Body<D>,
-    shares: Vec<RegionShare>,
+    pieces: Vec<RegionPiece>,
     fields: &[usize],
 ) -> Result<Vec<(usize, Body<D>)>, String> {
-    let whole = shares.len() < 2;
+    let whole = pieces.len() < 2;
     let (mut parts, mut before) = (Vec::new(), 0);
-    for (number, (share, &field)) in shares.into_iter().zip(fields).enumerate() {
-        let count = share.particles.len() as u32;
-        let part = Part { number, before, sides: share.sides };
+    for (number, (piece, &field)) in pieces.into_iter().zip(fields).enumerate() {
+        let count = piece.particles.len() as u32;
+        let part = Part { number, before, sides: piece.sides };
         if whole {
             body.part = part;
             return Ok(vec![(field, body)]);
         }
-        parts.push((field, cut(&body, &share.particles, part)?));
+        parts.push((field, cut(&body, &piece.particles, part)?));
         before += count;
     }
     Ok(parts)
@@ -234,9 +234,9 @@ fn renumbered(traction: &Traction, number: &[Option<u32>]) -> Option<Traction> {
     let new = |id: u32| number[id as usize];
     let load = match &traction.load {
         Load::Dead { value, area } => Load::Dead { value: value.clone(), area: *area },
-        Load::Pressure { value, span, share } => {
+        Load::Pressure { value, span, fraction } => {
             let span = span.iter().map(|&[a, b]| Some([new(a)?, new(b)?])).collect::<Option<_>>()?;
-            Load::Pressure { value: value.clone(), span, share: *share }
+            Load::Pressure { value: value.clone(), span, fraction: *fraction }
         }
     };
     Some(Traction { particle: new(traction.particle)?, load })
@@ -273,12 +273,12 @@ mod tests {
         let mut mixed = ring(0, 4);
         mixed[2].reverse();
         for (elements, inside) in [(ring(0, 4), -1.0), (inwards, 1.0), (mixed, 0.0)] {
-            let shares = regions(&[(elements, square(0.0, 1.0))]).share(&places, &[true], true);
+            let pieces = regions(&[(elements, square(0.0, 1.0))]).distribute(&places, &[true], true);
             let expected = [
-                RegionShare { within: vec![0], sides: vec![inside], particles: vec![0, 2] },
-                RegionShare { within: vec![], sides: vec![-inside], particles: vec![1] },
+                RegionPiece { within: vec![0], sides: vec![inside], particles: vec![0, 2] },
+                RegionPiece { within: vec![], sides: vec![-inside], particles: vec![1] },
             ];
-            assert_eq!(shares, expected);
+            assert_eq!(pieces, expected);
         }
     }
 
@@ -288,8 +288,8 @@ mod tests {
         let shoe = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.55, 2.0], [0.55, 0.5], [0.45, 0.5], [0.45, 2.0], [0.0, 2.0]];
         let regions = regions(&[(ring(0, 8), shoe.map(Vector).to_vec())]);
         let places = [[0.5, 1.9], [0.44, 1.9], [0.5, 0.51], [0.5, 0.49], [0.56, 1.0]].map(Vector);
-        let shares = regions.share(&places, &[true], true);
-        let found: Vec<_> = shares.iter().map(|share| (&share.particles[..], share.sides[0])).collect();
+        let pieces = regions.distribute(&places, &[true], true);
+        let found: Vec<_> = pieces.iter().map(|piece| (&piece.particles[..], piece.sides[0])).collect();
         assert_eq!(found, [(&[0, 2][..], 1.0), (&[1, 3, 4][..], -1.0)]);
     }
 
@@ -299,13 +299,13 @@ mod tests {
     fn nested_loops_divide_a_body_into_regions() {
         let sheets = [(ring(0, 4), square(0.0, 3.0)), (ring(0, 4), square(1.0, 2.0))];
         let places = [0.5, 1.5, 4.0].map(Vector::splat);
-        let shares = |meets: [bool; 2]| -> Vec<(Vec<u32>, Vec<f64>)> {
-            let shares = regions(&sheets).share(&places, &meets, true);
-            shares.into_iter().map(|share| (share.particles, share.sides)).collect()
+        let pieces = |meets: [bool; 2]| -> Vec<(Vec<u32>, Vec<f64>)> {
+            let pieces = regions(&sheets).distribute(&places, &meets, true);
+            pieces.into_iter().map(|piece| (piece.particles, piece.sides)).collect()
         };
         let apart = [(vec![0], vec![-1.0, 1.0]), (vec![1], vec![-1.0, -1.0]), (vec![2], vec![1.0, 1.0])];
-        assert_eq!(shares([true, true]), apart);
-        assert_eq!(shares([true, false]), [(vec![0, 1], vec![-1.0, 0.0]), (vec![2], vec![1.0, 0.0])]);
+        assert_eq!(pieces([true, true]), apart);
+        assert_eq!(pieces([true, false]), [(vec![0, 1], vec![-1.0, 0.0]), (vec![2], vec![1.0, 0.0])]);
     }
 
     /// Two loops of one membrane: its sides differ for what is inside of one, and for a solid that reaches through.
@@ -314,21 +314,21 @@ mod tests {
         let mut elements = ring(0, 4);
         elements.extend(ring(4, 4));
         let both: Vec<_> = [square(0.0, 1.0), square(2.0, 3.0)].concat();
-        let shares = regions(&[(elements, both)]).share(&[0.5, 2.5, 1.5].map(Vector::splat), &[true], true);
-        let found: Vec<_> = shares.iter().map(|share| (&share.within[..], share.sides[0])).collect();
+        let pieces = regions(&[(elements, both)]).distribute(&[0.5, 2.5, 1.5].map(Vector::splat), &[true], true);
+        let found: Vec<_> = pieces.iter().map(|piece| (&piece.within[..], piece.sides[0])).collect();
         assert_eq!(found, [(&[0][..], 0.0), (&[1][..], 0.0), (&[][..], 1.0)]);
         let one = regions(&[(ring(0, 4), square(0.0, 1.0))]);
-        let solid = one.share(&[0.5, 1.5].map(Vector::splat), &[true], false);
-        assert_eq!(solid, [RegionShare { within: vec![], sides: vec![0.0], particles: vec![0, 1] }]);
-        let inside = one.share(&[0.5, 0.6].map(Vector::splat), &[true], false);
-        assert_eq!(inside, [RegionShare { within: vec![0], sides: vec![-1.0], particles: vec![0, 1] }]);
+        let solid = one.distribute(&[0.5, 1.5].map(Vector::splat), &[true], false);
+        assert_eq!(solid, [RegionPiece { within: vec![], sides: vec![0.0], particles: vec![0, 1] }]);
+        let inside = one.distribute(&[0.5, 0.6].map(Vector::splat), &[true], false);
+        assert_eq!(inside, [RegionPiece { within: vec![0], sides: vec![-1.0], particles: vec![0, 1] }]);
     }
 
     /// A bag that is exactly flat has no outside yet.
     #[test]
     fn a_flat_bag_has_no_sides() {
         let flat = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0]].map(Vector).to_vec();
-        let shares = regions(&[(ring(0, 4), flat)]).share(&[Vector([1.0, 0.3])], &[true], true);
-        assert_eq!(shares, [RegionShare { within: vec![], sides: vec![0.0], particles: vec![0] }]);
+        let pieces = regions(&[(ring(0, 4), flat)]).distribute(&[Vector([1.0, 0.3])], &[true], true);
+        assert_eq!(pieces, [RegionPiece { within: vec![], sides: vec![0.0], particles: vec![0] }]);
     }
 }

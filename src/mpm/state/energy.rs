@@ -172,12 +172,12 @@ impl Energy {
     }
 
     /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes
-    /// that neither particles nor stresses get; `kept` is the share of the velocities that is not PIC's.
+    /// that neither particles nor stresses get; `kept` is the fraction of the velocities that is not PIC's.
     ///
     /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f
     /// of stresses that are updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by
-    /// one and made by the other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC)
-    /// is lost.
+    /// one and made by the other would hide what they do. What PIC takes (its fraction β of the velocity; APIC is all
+    /// PIC) is lost.
     pub fn leave_unspent<const D: usize>(&mut self, field: &VelocityField<D>, gravity: Vector<D>, dt: f64, kept: f64) {
         let VelocityField { nodes, applied, velocity, .. } = field;
         let nodes = NodeMotion::of(nodes);

@@ -32,7 +32,7 @@ impl<const D: usize> MethodChoices<D> {
     }
 
     /// The part of the particles' velocity that comes from v⁺ itself (theory A.6).
-    pub fn pic_share(&self, dt: f64) -> f64 {
+    pub fn pic_fraction(&self, dt: f64) -> f64 {
         match self.transfer {
             Transfer::Flip { relaxation, .. } => -(-dt / relaxation).exp_m1(),
             Transfer::Apic => 1.0,
@@ -61,7 +61,7 @@ impl<const D: usize> MethodChoices<D> {
         let (momentum_dt, dissipation) = (step.momentum_dt, self.dissipation);
         OperationParameters {
             momentum_dt,
-            pic_share: self.pic_share(momentum_dt),
+            pic_fraction: self.pic_fraction(momentum_dt),
             strain_dt,
             blend,
             dissipation,

@@ -18,7 +18,7 @@ use crate::parallel;
 impl<const D: usize> Mpm<D> {
     /// Turns (m, p⁺, f) into (m, v⁺, a), adds the work of the forces to the ledger, and fills the ghosts.
     pub(super) fn finish_nodes(&mut self, field: usize, step: &LeapfrogStep) {
-        let (share, dt) = (self.method.pic_share(step.momentum_dt), step.momentum_dt);
+        let (pic_fraction, dt) = (self.method.pic_fraction(step.momentum_dt), step.momentum_dt);
         let gravity = self.method.uniform_gravity(step.t);
         let Self { grid, walls, ghosts, energy, .. } = self;
         grid.with_field(field, |grid, own| {
@@ -35,7 +35,7 @@ impl<const D: usize> Mpm<D> {
             let work = parallel::reduce_pair_mut(nodes, applied, finish, ForceWork::plus).unwrap_or_default();
             energy.add_nodes(work, gravity, dt);
             ghosts.fill(limits, nodes);
-            energy.add_walls(&walls.finish_reactions(grid, field, NodeMotion::of(&own.nodes), step, share));
+            energy.add_walls(&walls.finish_reactions(grid, field, NodeMotion::of(&own.nodes), step, pic_fraction));
         });
     }
 
@@ -119,7 +119,7 @@ impl<const D: usize> Mpm<D> {
                 Vec::new()
             };
             ghosts.fill(&own.limits, &mut own.velocity);
-            energy.leave_unspent(own, gravity, dt, 1.0 - method.pic_share(dt));
+            energy.leave_unspent(own, gravity, dt, 1.0 - method.pic_fraction(dt));
             Ok(())
         })
     }

@@ -14,14 +14,14 @@
 //! and do the work that the laws store. With p itself they don't: they push on volume changes that no stress sees,
 //! and a column of liquid under its pressure gains energy from them without end.
 
-use crate::mpm::grid::{GhostShares, Ghosts};
+use crate::mpm::grid::{GhostFractions, Ghosts};
 use crate::mpm::transfer::Chunk;
 use crate::parallel;
 
 /// q̃_I of the `sums` Σ V N and Σ V q N, ghosts filled; 0 where no particle is near.
 pub(in crate::mpm) fn divide<const D: usize>(
     ghosts: &Ghosts<D>,
-    limits: &GhostShares,
+    limits: &GhostFractions,
     sums: &mut [[f64; 2]],
     means: &mut Vec<[f64; 1]>,
 ) {

@@ -29,7 +29,7 @@
 
 use crate::math::Vector;
 use crate::mpm::Dissipation;
-use crate::mpm::grid::{GhostShares, Ghosts, NodeMotion, VelocityField};
+use crate::mpm::grid::{GhostFractions, Ghosts, NodeMotion, VelocityField};
 use crate::mpm::particles::Body;
 use crate::mpm::transfer::Chunk;
 use crate::parallel::{self, CHUNK};
@@ -44,7 +44,7 @@ impl Dissipation {
 /// A number on each of `count` nodes, ghosts filled, for the scalar slot of a gather.
 pub(in crate::mpm) fn nodal<const D: usize>(
     ghosts: &Ghosts<D>,
-    limits: &GhostShares,
+    limits: &GhostFractions,
     count: usize,
     number: impl Fn(usize) -> f64 + Sync + Send,
 ) -> Vec<[f64; 1]> {

@@ -12,7 +12,7 @@
 
 use super::Walls;
 use crate::math::Vector;
-use crate::mpm::grid::{GhostShares, Ghosts};
+use crate::mpm::grid::{GhostFractions, Ghosts};
 
 /// Work of a step [J], and the impulse on the particles [N s].
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,7 +47,7 @@ impl<const D: usize> Pushes<D> {
     }
 
     /// Folds momentum [N s], and adds `times` its change by mirrors.
-    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostShares, momentum: &mut [Vector<D>], times: f64) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostFractions, momentum: &mut [Vector<D>], times: f64) {
         ghosts.fold(limits, momentum, |side, _, ghost| {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
         });

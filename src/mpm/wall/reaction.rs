@@ -4,7 +4,7 @@ use super::pushes::MirroredGhost;
 use super::surface::{SurfacePoint, SurfacePoints};
 use super::{WallWork, Walls, lasting};
 use crate::math::Vector;
-use crate::mpm::grid::{GhostShares, Ghosts, NodeMotion};
+use crate::mpm::grid::{GhostFractions, Ghosts, NodeMotion};
 use crate::mpm::{Grid, LeapfrogStep, Node};
 use crate::parallel;
 
@@ -88,7 +88,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Folds the ghosts of a field's nodes into the domain, and records the momentum and force that mirrors reflect.
-    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostShares, field: usize, nodes: &mut [Node<D>]) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostFractions, field: usize, nodes: &mut [Node<D>]) {
         let reaction = &mut self.field_reactions[field];
         ghosts.fold(limits, nodes, |side, node, ghost| {
             let axis = Vector::unit(side / 2);
@@ -101,28 +101,28 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
-    /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
+    /// filled; `pic_fraction` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
     pub fn finish_reactions(
         &mut self,
         grid: &Grid<D>,
         field: usize,
         nodes: &[NodeMotion<D>],
         step: &LeapfrogStep,
-        share: f64,
+        pic_fraction: f64,
     ) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.field_reactions[field];
         let ReactionSums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
         for (boundary, &start) in reaction.start_change.iter().enumerate() {
-            impulse[boundary] += start * share;
+            impulse[boundary] += start * pic_fraction;
         }
         let mirrored = reaction.mirrored.iter().zip(&reaction.mirrored_start);
         for (impulse, (&force, &start)) in impulse.iter_mut().zip(mirrored) {
-            *impulse += force * dt + start * share;
+            *impulse += force * dt + start * pic_fraction;
         }
         for &MirroredGhost { side, node, mass } in &reaction.ghosts {
             let (v, a) = (nodes[node as usize].velocity(), nodes[node as usize].acceleration());
-            let carried = a * dt + (v - a * dt) * share;
+            let carried = a * dt + (v - a * dt) * pic_fraction;
             impulse[side as usize] += Vector::unit(side as usize / 2) * (2.0 * mass * carried[side as usize / 2]);
         }
         for (force, impulse) in self.force.iter_mut().zip(&impulse) {

@@ -71,9 +71,9 @@ impl<const D: usize> Band<'_, D> {
                 });
                 let contact_node = &mut self.map.nodes[index];
                 let arm = stencil.mirror(grid, x, flips) - contact_node.centre;
-                let share = body.particles.mass[p as usize] * weight;
-                contact_node.normal += arm * (side * share);
-                contact_node.arm_length += arm.norm() * share;
+                let mass = body.particles.mass[p as usize] * weight;
+                contact_node.normal += arm * (side * mass);
+                contact_node.arm_length += arm.norm() * mass;
             });
         }
     }
@@ -117,17 +117,17 @@ impl<const D: usize> Band<'_, D> {
     fn distance_from_planes(&self, particles: &Particles<D>, p: usize) -> Option<PlaneDistance<D>> {
         let StepContext { grid, stencil, .. } = *self.context;
         let (map, x) = (&*self.map, particles.position[p]);
-        let (mut height, mut share, mut normal) = (0.0, 0.0, Vector::ZERO);
+        let (mut height, mut weights, mut normal) = (0.0, 0.0, Vector::ZERO);
         stencil.for_each(grid, x, |node, weight, flips| {
             let known = map.contact_node(node).map(|index| &map.nodes[index]);
             let Some(contact_node) = known.filter(|node| node.normal != Vector::ZERO) else { return };
             height += (stencil.mirror(grid, x, flips) - contact_node.centre).dot(contact_node.normal) * weight;
-            share += weight;
+            weights += weight;
             normal += flip(contact_node.normal, flips) * weight;
         });
         let normal = normal.normalized()?;
         let radius = half_size(particles, p, normal, grid.cell);
-        (share > 0.0).then(|| PlaneDistance { distance: height / share, radius, normal })
+        (weights > 0.0).then(|| PlaneDistance { distance: height / weights, radius, normal })
     }
 
     fn label(&mut self, x: Vector<D>, old: Option<Label>, distance: f64) -> Label {

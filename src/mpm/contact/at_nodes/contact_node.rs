@@ -64,8 +64,8 @@ pub struct NodePair<const D: usize> {
     pub work: [f64; 2],
 }
 
-/// Least 1 − σ of theory (D.17): the share of a sheet that moves even where supports hold all of it.
-const LEAST_FREE_SHARE: f64 = 1e-6;
+/// Least 1 − σ of theory (D.17): the mass fraction of a sheet that moves even where supports hold all of it.
+const LEAST_FREE_FRACTION: f64 = 1e-6;
 
 impl<const D: usize> Default for NodePair<D> {
     fn default() -> Self {
@@ -139,10 +139,10 @@ impl<const D: usize> ContactNode<D> {
         }
     }
 
-    /// m_I^r/(1 − s) (theory (D.17)) with the share s of the mass that supports hold along the normal.
+    /// m_I^r/(1 − s) (theory (D.17)) with the fraction s of the mass that supports hold along the normal.
     pub fn find_inertia(&mut self) {
         let held: f64 = (0..D).map(|a| self.normal[a].powi(2) * self.held_mass[a]).sum();
-        self.inertia = self.mass / (1.0 - held / self.mass).max(LEAST_FREE_SHARE);
+        self.inertia = self.mass / (1.0 - held / self.mass).max(LEAST_FREE_FRACTION);
     }
 
     /// `v` without the components that contact may not push.

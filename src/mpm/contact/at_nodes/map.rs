@@ -8,8 +8,8 @@
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 //!
-//! If supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers
-//! as if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if
+//! If supports hold the fraction s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers
+//! as if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their parts by the same weights: if
 //! the map made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there
 //! none.
 
@@ -102,8 +102,8 @@ impl<const D: usize> Map<D> {
         let e = self.samples.element[q] as usize;
         let x = self.samples.position(facets, surface.position, q);
         let mass: f64 = self.samples.mass[q].iter().sum();
-        let held = self.samples.held_mass(facets, |k: usize| sheet.held_share(k), q);
-        let area = facets[e].area(surface.position) * self.samples.share[q];
+        let held = self.samples.held_mass(facets, |k: usize| sheet.held_fraction(k), q);
+        let area = facets[e].area(surface.position) * self.samples.area_fraction[q];
         let offset = surface.offset_of(e);
         for &SampleWeight { node: grid_node, flips, weight, .. } in sample_weights {
             let node = &mut self.lookup[grid_node as usize];
@@ -124,7 +124,7 @@ impl<const D: usize> Map<D> {
         self.sample_ends.push((q as u32, self.weights.len() as u32));
     }
 
-    /// Turns sums into means, and areas into normals; nodes with a negligible share of the sheet get no
+    /// Turns sums into means, and areas into normals; nodes with a negligible part of the sheet get no
     /// normal and never act, those where it is folded get theirs from [`Self::find_folded_normals`].
     fn find_normals(&mut self, context: &StepContext<'_, D>, areas: &[f64]) {
         let heaviest = self.nodes.iter().map(|node| node.mass).fold(0.0, f64::max);
@@ -133,7 +133,7 @@ impl<const D: usize> Map<D> {
             node.centre = node.centre / node.mass;
             node.offset /= node.mass;
             let normal = node.project(node.normal);
-            let (heavy, clear) = (node.mass > LEAST_MASS_SHARE * heaviest, normal.norm() > FOLDED * area);
+            let (heavy, clear) = (node.mass > LEAST_MASS_FRACTION * heaviest, normal.norm() > FOLDED * area);
             node.folded = heavy && !clear;
             // Lian (51).
             node.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
@@ -212,8 +212,8 @@ impl<const D: usize> Map<D> {
     }
 }
 
-/// Nodes with less than this share of the heaviest node's mass are left out.
-const LEAST_MASS_SHARE: f64 = 1e-6;
+/// Nodes with less than this fraction of the heaviest node's mass are left out.
+const LEAST_MASS_FRACTION: f64 = 1e-6;
 
-/// Share of the area below which the vector area gives no direction: the sheet is folded.
+/// Fraction of the area below which the vector area gives no direction: the sheet is folded.
 const FOLDED: f64 = 0.1;

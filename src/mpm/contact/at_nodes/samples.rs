@@ -84,8 +84,8 @@ pub struct Samples {
     pub shape: Vec<[f64; 4]>,
     /// W_qK: the mass [kg] of each sample that belongs to each node of its element.
     pub mass: Vec<[f64; 4]>,
-    /// Share of the element's area that each sample stands for.
-    pub share: Vec<f64>,
+    /// Fraction of the element's area that each sample stands for.
+    pub area_fraction: Vec<f64>,
     divisions: Vec<[u32; 2]>,
 }
 
@@ -116,7 +116,7 @@ impl Samples {
         corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
     }
 
-    /// The part of a sample's mass that is held along each axis [kg], by the share of each node.
+    /// The part of a sample's mass that is held along each axis [kg], by the fraction that is held of each node.
     pub fn held_mass<const D: usize>(
         &self,
         facets: &[SheetFacet],
@@ -153,13 +153,13 @@ impl Samples {
         let (first, divisions) = (self.shape.len(), self.divisions[element as usize]);
         shape_functions(count, divisions, |shape| self.shape.push(shape));
         let number = self.shape.len() - first;
-        let share = 1.0 / number as f64;
+        let fraction = 1.0 / number as f64;
         self.element.resize(first + number, element);
-        self.share.resize(first + number, share);
+        self.area_fraction.resize(first + number, fraction);
         self.mass.extend(
-            self.shape[first..]
-                .iter()
-                .map(|shape| -> [f64; 4] { std::array::from_fn(|k| shape[k] * corner_mass[k] * count as f64 * share) }),
+            self.shape[first..].iter().map(|shape| -> [f64; 4] {
+                std::array::from_fn(|k| shape[k] * corner_mass[k] * count as f64 * fraction)
+            }),
         );
     }
 
@@ -178,9 +178,9 @@ pub fn corner_mass<const D: usize>(facets: &[SheetFacet], reference: &[Vector<D>
             around[k as usize] += area;
         }
     }
-    let share = |k: usize| mass[k] / around[k];
+    let mass_per_area = |k: usize| mass[k] / around[k];
     let corner =
-        |f: &SheetFacet, area: f64, k: usize| if k < f.count { area * share(f.nodes[k] as usize) } else { 0.0 };
+        |f: &SheetFacet, area: f64, k: usize| if k < f.count { area * mass_per_area(f.nodes[k] as usize) } else { 0.0 };
     facets.iter().zip(&area).map(|(f, &area)| std::array::from_fn(|k| corner(f, area, k))).collect()
 }
 
@@ -212,7 +212,7 @@ mod tests {
         }
     }
 
-    /// Samples are at most half a cell apart, and the shares of an element sum to one.
+    /// Samples are at most half a cell apart, and the area fractions of an element sum to one.
     #[test]
     fn samples_are_dense_and_follow_the_stretch() {
         let facets = [SheetFacet::new(&[0, 1])];
@@ -224,7 +224,7 @@ mod tests {
         position[1] = Vector([2.2, 0.0]);
         samples.divide(&facets, &position, &corners, 1.0);
         assert_eq!(samples.count(), 5);
-        assert!((samples.share.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert!((samples.area_fraction.iter().sum::<f64>() - 1.0).abs() < 1e-14);
         assert_eq!(facets[0].area(&position), Vector([0.0, -2.2]));
     }
 }

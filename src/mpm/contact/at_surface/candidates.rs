@@ -35,7 +35,7 @@ pub struct WeightedParticle<const D: usize> {
     pub particle: u32,
     /// Place of the particle [m].
     pub place: Vector<D>,
-    /// Share of the impulse that the particle takes.
+    /// Fraction of the impulse that the particle takes.
     pub weight: f64,
 }
 

@@ -44,7 +44,7 @@ use hashbrown::HashMap;
 use solver::{ContactSolver, SheetMotion};
 use surface_contact::{EffectiveMass, SupportNode, SurfaceContact};
 
-/// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a
+/// The fraction β of an overlap that is undone in one step, but no more than the fraction ξ of half the size of a
 /// particle.
 const RECOVERY: f64 = 0.2;
 const LARGEST_CORRECTION: f64 = 0.05;

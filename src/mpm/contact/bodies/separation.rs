@@ -76,9 +76,9 @@ fn next_to_origin<const D: usize>(mut face: impl Iterator<Item = Vector<D>>) -> 
             matrix[i][j] = e.dot(*f);
         }
     }
-    let share = solve_semidefinite(matrix, right, LEAST_PIVOT);
-    let inside = share.iter().all(|s| *s >= 0.0) && share.iter().sum::<f64>() <= 1.0;
-    inside.then(|| edges.iter().zip(share).fold(corner, |x, (e, s)| x + *e * s))
+    let weights = solve_semidefinite(matrix, right, LEAST_PIVOT);
+    let inside = weights.iter().all(|s| *s >= 0.0) && weights.iter().sum::<f64>() <= 1.0;
+    inside.then(|| edges.iter().zip(weights).fold(corner, |x, (e, s)| x + *e * s))
 }
 
 #[cfg(test)]

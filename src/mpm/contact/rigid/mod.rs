@@ -64,7 +64,7 @@ pub struct RigidContacts<const D: usize> {
     travel: f64,
     /// Sums of the step, by boundary.
     pub pushes: Vec<SheetPush<D>>,
-    /// Per node the share of its mass that solids held along each axis at the end of the last step.
+    /// Per node the fraction of its mass that solids held along each axis at the end of the last step.
     pub held: Vec<Vector<D>>,
 }
 
@@ -299,14 +299,14 @@ impl<const D: usize> RigidContacts<D> {
     }
 
     /// Notes which nodes solids hold at the end of a step.
-    pub fn record_held_shares(&mut self) {
+    pub fn record_held_fractions(&mut self) {
         self.held.fill(Vector::ZERO);
         for contact in
             self.contacts.iter().filter(|contact| contact.impulse.normal != Vector::ZERO && contact.weights[0] == 1.0)
         {
             let held = &mut self.held[contact.nodes[0] as usize];
-            let share = |a: usize| if contact.sticks() { 1.0 } else { contact.normal[a] * contact.normal[a] };
-            *held = Vector::from_fn(|a| (held[a] + share(a)).min(1.0));
+            let fraction = |a: usize| if contact.sticks() { 1.0 } else { contact.normal[a] * contact.normal[a] };
+            *held = Vector::from_fn(|a| (held[a] + fraction(a)).min(1.0));
         }
     }
 }

@@ -144,5 +144,5 @@ impl<const D: usize> NodeAreas<D> {
     }
 }
 
-/// Share of the area below which a vector area is that of a folded sheet.
+/// Fraction of the area below which a vector area is that of a folded sheet.
 const FOLDED: f64 = 0.1;

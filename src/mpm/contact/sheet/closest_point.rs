@@ -273,16 +273,16 @@ impl<const D: usize> ClosestSoFar<D> {
     }
 
     fn offer(&mut self, e: u32, nodes: [usize; 3], corners: [Vector<D>; 3], x: Vector<D>) {
-        let shares = closest_on_triangle(corners, x);
-        let point = corners.iter().zip(shares).map(|(&corner, w)| corner * w).sum::<Vector<D>>();
+        let barycentric = closest_on_triangle(corners, x);
+        let point = corners.iter().zip(barycentric).map(|(&corner, w)| corner * w).sum::<Vector<D>>();
         let square = (x - point).norm_squared();
         if square < self.square {
             let mut weights = [0.0; 4];
-            for (node, share) in nodes.into_iter().zip(shares) {
+            for (node, weight) in nodes.into_iter().zip(barycentric) {
                 if node == MIDDLE {
-                    weights.iter_mut().for_each(|w| *w += 0.25 * share);
+                    weights.iter_mut().for_each(|w| *w += 0.25 * weight);
                 } else {
-                    weights[node] += share;
+                    weights[node] += weight;
                 }
             }
             *self = Self { square, facet: e, weights, point };

@@ -32,7 +32,7 @@ pub const HEIGHT_ERROR: f64 = 0.25;
 const HALVINGS: usize = 4;
 const TRIES: usize = 3;
 
-/// Share of the least distance that a correction may lack.
+/// Fraction of the least distance that a correction may lack.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 
 /// Particles per parallel task.
@@ -194,12 +194,12 @@ fn admissible_position<const D: usize>(
     cell: f64,
 ) -> Vector<D> {
     for halving in 0..=HALVINGS {
-        let share = 0.5_f64.powi(halving as i32);
+        let fraction = 0.5_f64.powi(halving as i32);
         let mut position = x;
         for _ in 0..TRIES {
             let mut fits = true;
             for near in near {
-                if let Some(by) = correction(near, sheets, position, share * near.least_distance, cell) {
+                if let Some(by) = correction(near, sheets, position, fraction * near.least_distance, cell) {
                     (position, fits) = (position + by, false);
                 }
             }

@@ -116,8 +116,8 @@ impl<const D: usize> ContactSheet<D> {
         MovedSheet { nearest: &self.nearest, facets: &self.facets, before: &self.before, position }
     }
 
-    /// The share of a node's mass that supports, walls and obstacles hold along each axis.
-    pub fn held_share(&self, k: usize) -> Vector<D> {
+    /// The fraction of a node's mass that supports, walls and obstacles hold along each axis.
+    pub fn held_fraction(&self, k: usize) -> Vector<D> {
         Vector::from_fn(|a| if self.held[k][a] { 1.0 } else { self.rigid.held[k][a] })
     }
 

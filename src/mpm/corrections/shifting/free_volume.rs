@@ -53,8 +53,8 @@ fn integrate<const S: usize>(shape: impl ShapeFunction<S>, fold: Fold) -> [f64; 
     rows
 }
 
-/// The share of a quadratic spline's integral in front of a plane at the distance `x` [cells] behind its node.
-pub(super) fn share_beside(x: f64) -> f64 {
+/// The fraction of a quadratic spline's integral in front of a plane at the distance `x` [cells] behind its node.
+pub(super) fn fraction_beside(x: f64) -> f64 {
     match x {
         x if x <= -1.5 => 0.0,
         x if x < -0.5 => (x + 1.5).powi(3) / 6.0,
@@ -92,7 +92,7 @@ mod tests {
                 _ => 0.0,
             };
             let exact: f64 = points.map(|x| spline(x) * 1e-4).sum();
-            assert!((share_beside(distance) - exact).abs() < 1e-4, "{distance}");
+            assert!((fraction_beside(distance) - exact).abs() < 1e-4, "{distance}");
         }
     }
 }

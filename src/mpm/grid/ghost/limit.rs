@@ -1,9 +1,9 @@
-//! The share by which ghosts extrapolate, which leaves the rows inside most of their mass (theory A.3).
+//! The fraction by which ghosts extrapolate, which leaves the rows inside most of their mass (theory A.3).
 //!
 //! A particle of mass m at the distance s < ½ [cells] from a wall brings, with quadratic splines and all of its ghost
 //! extrapolated, s m to row 1, and its pressure pushes there with V p/h: the acceleration V p/(h s m) has no bound, no
 //! time step is short enough for it, and a particle that carries the slope of that motion (APIC) takes it along as it
-//! leaves the wall. Each ghost extrapolates by a share θ, so that it takes no more than a part β of what lies on
+//! leaves the wall. Each ghost extrapolates by a fraction θ, so that it takes no more than a part β of what lies on
 //! the rows inside, and gives the rest to the wall:
 //!
 //! ```text
@@ -21,27 +21,28 @@
 //! from row 1 to the wall has no sum, and a film loses shear by it.
 
 use super::{Ghost, Ghosts};
-use crate::mpm::grid::{Fold, GhostShares, Node};
+use crate::mpm::grid::{Fold, GhostFractions, Node};
 use crate::parallel;
 
 /// The largest part of the mass of the rows inside that a ghost takes, β: ten times what it takes where material fills
 /// the rows evenly, and more than the eighth that one row of particles per cell can bring there.
-const LARGEST_GHOST_SHARE: f64 = 0.2;
+const LARGEST_GHOST_FRACTION: f64 = 0.2;
 
-impl GhostShares {
-    /// Finds the shares for the masses of `nodes`, before they are folded as the field's `folds` say.
+impl GhostFractions {
+    /// Finds the fractions for the masses of `nodes`, before they are folded as the field's `folds` say.
     pub fn measure<const D: usize>(&mut self, ghosts: &Ghosts<D>, folds: &[[Fold; 2]; D], nodes: &[Node<D>]) {
-        self.shares.resize(D, Vec::new());
-        for (shares, ghosts) in self.shares.iter_mut().zip(&ghosts.axes) {
+        self.fractions.resize(D, Vec::new());
+        for (fractions, ghosts) in self.fractions.iter_mut().zip(&ghosts.axes) {
             let folded = |ghost: &&Ghost| folds[ghost.side / 2][ghost.side % 2] != Fold::Continue;
-            let share = |ghost: &Ghost| Some(ghost).filter(folded).map(|g| share(g, |node| nodes[node as usize].mass));
-            parallel::map_into(ghosts, shares, share);
+            let fraction =
+                |ghost: &Ghost| Some(ghost).filter(folded).map(|g| fraction(g, |node| nodes[node as usize].mass));
+            parallel::map_into(ghosts, fractions, fraction);
         }
     }
 }
 
 /// θ of a ghost among nodes of these masses [kg].
-fn share(ghost: &Ghost, mass: impl Fn(u32) -> f64) -> f64 {
+fn fraction(ghost: &Ghost, mass: impl Fn(u32) -> f64) -> f64 {
     let [_, (inside, factor)] = ghost.images;
     if ghost.mirror || factor == 0.0 {
         return 1.0;
@@ -51,7 +52,7 @@ fn share(ghost: &Ghost, mass: impl Fn(u32) -> f64) -> f64 {
         return 1.0;
     }
     let row = mass(inside);
-    let most = LARGEST_GHOST_SHARE * ghost.next.map_or(row, |next| row.min(mass(next)));
+    let most = LARGEST_GHOST_FRACTION * ghost.next.map_or(row, |next| row.min(mass(next)));
     if taken <= most { 1.0 } else { most / taken }
 }
 
@@ -82,15 +83,15 @@ mod tests {
         (grid, ghosts, nodes)
     }
 
-    /// The least and the largest share of the ghosts that have mass.
-    fn shares(kernel: Kernel, heights: &[f64]) -> [f64; 2] {
+    /// The least and the largest fraction of the ghosts that have mass.
+    fn fractions(kernel: Kernel, heights: &[f64]) -> [f64; 2] {
         let (grid, ghosts, nodes) = masses(kernel, heights);
-        let mut limits = GhostShares::default();
+        let mut limits = GhostFractions::default();
         limits.measure(&ghosts, &grid.folds, &nodes);
         let own = ghosts.axes.iter().enumerate().flat_map(|(a, own)| own.iter().enumerate().map(move |g| (a, g)));
         let laden = own.filter(|(_, (_, ghost))| nodes[ghost.node as usize].mass > 0.0);
-        let all = laden.filter_map(|(axis, (number, _))| limits.share(axis, number));
-        all.fold([f64::INFINITY, 0.0], |[least, most], share| [least.min(share), most.max(share)])
+        let all = laden.filter_map(|(axis, (number, _))| limits.fraction(axis, number));
+        all.fold([f64::INFINITY, 0.0], |[least, most], fraction| [least.min(fraction), most.max(fraction)])
     }
 
     /// Rows that material fills, ordered or not, are extrapolated from in full; under a film of two particles per cell,
@@ -102,14 +103,14 @@ mod tests {
                 (0..count).map(|k| 0.25 + 0.5 * k as f64 + shift * (-1.0_f64).powi(k as i32)).collect()
             };
             for shift in [0.0, 0.1, -0.25] {
-                assert!(shares(kernel, &column(8, shift))[0] >= 1.0, "{kernel:?} {shift}");
+                assert!(fractions(kernel, &column(8, shift))[0] >= 1.0, "{kernel:?} {shift}");
             }
         }
         let quadratic = Kernel::new(KernelKind::Quadratic, 0.25);
-        assert_eq!(shares(quadratic, &[0.2]), [0.0; 2]);
+        assert_eq!(fractions(quadratic, &[0.2]), [0.0; 2]);
         // m_{−1} = ½ (½ − ¼)² = m_2.
-        let film = shares(quadratic, &[0.25, 0.75]);
-        assert!(film.iter().all(|share| (share - LARGEST_GHOST_SHARE).abs() < 1e-12), "{film:?}");
+        let film = fractions(quadratic, &[0.25, 0.75]);
+        assert!(film.iter().all(|fraction| (fraction - LARGEST_GHOST_FRACTION).abs() < 1e-12), "{film:?}");
     }
 
     /// However near a particle is to a wall, folding leaves row 1 what the particle brings there; sums and adjoints
@@ -119,7 +120,7 @@ mod tests {
         for kernel in smooth() {
             for height in [0.0, 1e-9, 1e-3, 0.1, 0.3, 0.499, 0.7, 0.95] {
                 let (grid, ghosts, nodes) = masses(kernel, &[height]);
-                let mut limits = GhostShares::default();
+                let mut limits = GhostFractions::default();
                 limits.measure(&ghosts, &grid.folds, &nodes);
                 let (mut folded, mut filled): (Vec<_>, Vec<_>) =
                     (0..nodes.len()).map(|n| ([nodes[n].mass], [(n as f64).sin()])).unzip();
@@ -128,7 +129,7 @@ mod tests {
                 ghosts.fill(&limits, &mut filled);
                 for (n, [mass]) in folded.iter().enumerate().filter(|&(n, _)| grid.coordinates(n)[1] == 1) {
                     assert!(
-                        *mass >= (1.0 - LARGEST_GHOST_SHARE) * nodes[n].mass - 1e-15,
+                        *mass >= (1.0 - LARGEST_GHOST_FRACTION) * nodes[n].mass - 1e-15,
                         "{kernel:?} {height}: {mass} of {}",
                         nodes[n].mass
                     );

@@ -36,8 +36,8 @@ fn plane_waves_travel_at_the_plate_speed() {
     // The front is where half the stress has come; its lag behind c t hardly grows between two late times.
     let mut fronts = [0.4, 0.8].map(|_| [0.0; 2]);
     let mut done = 0;
-    for (front, share) in fronts.iter_mut().zip([0.4, 0.8]) {
-        let steps = (share * length / c / dt) as usize;
+    for (front, fraction) in fronts.iter_mut().zip([0.4, 0.8]) {
+        let steps = (fraction * length / c / dt) as usize;
         (done..steps).for_each(|k| step(&mut membrane, k as f64 * dt, dt));
         done = steps;
         let e = (0..n).rev().find(|&e| stress(&membrane, e) > 0.5).unwrap();

@@ -62,8 +62,8 @@ fn disc(n: usize, m: usize) -> (Vec<Vector<3>>, Vec<Vec<u32>>) {
         let (sin, cos) = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][side];
         let ring = |i: usize, r: usize| {
             let (inner, angle) = (Vector([half, half * tick(i)]), PI / 4.0 * tick(i));
-            let share = r as f64 / m as f64;
-            let x = inner * (1.0 - share) + Vector([angle.cos(), angle.sin()]) * share;
+            let fraction = r as f64 / m as f64;
+            let x = inner * (1.0 - fraction) + Vector([angle.cos(), angle.sin()]) * fraction;
             Vector([cos * x[0] - sin * x[1], sin * x[0] + cos * x[1], 0.0])
         };
         for (i, r) in (0..n).flat_map(|i| (0..m).map(move |r| (i, r))) {
@@ -158,8 +158,8 @@ fn a_rubber_balloon_passes_its_limit_point() {
         let (begin, target) = ((volume(&membrane) / start).cbrt(), stretch);
         for n in 0..1600 {
             let dt = 0.7 * membrane.stable_dt();
-            let share = (f64::from(n) / 800.0).min(1.0);
-            let wanted = start * (begin + (target - begin) * share).powi(3);
+            let fraction = (f64::from(n) / 800.0).min(1.0);
+            let wanted = start * (begin + (target - begin) * fraction).powi(3);
             let pressure = filling * (wanted / volume(&membrane) - 1.0);
             membrane.pressure.set(pressure);
             step(&mut membrane, t, dt);

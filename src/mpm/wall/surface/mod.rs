@@ -24,8 +24,8 @@
 //! the body would come to rest up to half a cell off, where its particles balance them.
 //!
 //! A node at the edge of the particles' supports has very little mass, but not very little N_I(x_c): it would take up
-//! the impulses, and the body pass through. No particle that lies at the point has a larger share of a node than
-//! m_I/m_p; nor has the point:
+//! the impulses, and the body pass through. No particle that lies at the point has a larger N_I than m_I/m_p;
+//! nor has the point:
 //!
 //! ```text
 //! N_I(x_c) ← min(N_I(x_c), m_I/m̄),   m̄ = 2⁻ᴰ Σ N_I(x_c) m_I: mass of a particle, two per cell and
@@ -55,8 +55,8 @@ use crate::mpm::wall::folded_stencil::{FoldedStencil, flip};
 use crate::mpm::{Grid, Node};
 pub use point::{ImpulseIterate, ImpulseLaw, NodeOfSupport, SurfaceFoot, SurfacePoint};
 
-/// Least share of the support of a binding point that must have mass: else no body is there yet.
-const LEAST_SUPPORT_SHARE: f64 = 0.5;
+/// Least fraction of the support of a binding point that must have mass: else no body is there yet.
+const LEAST_SUPPORT_FRACTION: f64 = 0.5;
 
 /// Most sweeps, and the change of an impulse, relative to the largest one, that ends them.
 const SWEEPS: usize = 40;
@@ -116,7 +116,7 @@ impl<const D: usize> SurfacePoints<D> {
         for mut point in points {
             let start = self.add_support(grid, stencil, nodes, point.place);
             let cover = self.limit(start);
-            if cover <= 0.0 || point.binds() && cover < LEAST_SUPPORT_SHARE {
+            if cover <= 0.0 || point.binds() && cover < LEAST_SUPPORT_FRACTION {
                 self.support.truncate(start);
                 continue;
             }
@@ -138,8 +138,8 @@ impl<const D: usize> SurfacePoints<D> {
         for point in &mut self.points {
             let near = &mut self.support[point.start as usize..point.end as usize];
             let height = |at: &NodeOfSupport<D>| (means[at.number as usize] - point.place).dot(point.normal);
-            let mean: f64 = near.iter().map(|at| at.share() * height(at)).sum();
-            let spread: f64 = near.iter().map(|at| at.share() * (height(at) - mean).powi(2)).sum();
+            let mean: f64 = near.iter().map(|at| at.shape_function() * height(at)).sum();
+            let spread: f64 = near.iter().map(|at| at.shape_function() * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
             let slope = if spread > 0.0 { (-mean / spread).max(-TILT / most).min(TILT / most) } else { 0.0 };
             let mut inverse_mass = Vector::<D>::ZERO;
@@ -192,12 +192,13 @@ impl<const D: usize> SurfacePoints<D> {
         let Self { support, nodes, .. } = self;
         let mass = |at: &NodeOfSupport<D>| 1.0 / nodes[at.number as usize].1;
         let near = &mut support[start..];
-        let [cover, sum] = near.iter().fold([0.0; 2], |[n, nm], at| [n + at.share(), nm + at.share() * mass(at)]);
+        let [cover, sum] =
+            near.iter().fold([0.0; 2], |[n, nm], at| [n + at.shape_function(), nm + at.shape_function() * mass(at)]);
         let particle = sum / cover / f64::from(1 << D);
         for at in near.iter_mut() {
-            at.weight *= (mass(at) / (particle * at.share().abs())).min(1.0);
+            at.weight *= (mass(at) / (particle * at.shape_function().abs())).min(1.0);
         }
-        near.iter().map(NodeOfSupport::share).sum()
+        near.iter().map(NodeOfSupport::shape_function).sum()
     }
 
     /// All points with the velocities there [m/s], from those of the nodes.

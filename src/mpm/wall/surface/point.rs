@@ -57,7 +57,7 @@ pub struct NodeOfSupport<const D: usize> {
 impl<const D: usize> NodeOfSupport<D> {
     /// N_I: mirrors leave it along one axis at least.
     #[inline]
-    pub fn share(&self) -> f64 {
+    pub fn shape_function(&self) -> f64 {
         (0..D).map(|a| self.weight[a]).fold(0.0, |most, n: f64| if n.abs() > most.abs() { n } else { most })
     }
 

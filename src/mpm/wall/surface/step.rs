@@ -80,8 +80,8 @@ impl<const D: usize> Walls<D> {
         let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &RigidBoundary<'_, D>| {
             let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
             let (distance, normal) = obstacle.distance(x, Vector::ZERO);
-            let share = if self.boundaries[obstacle.number()].kind.binds() { LEAST_OBSTACLE_DISTANCE } else { 1.0 };
-            let gap = distance - share * body.reach(p, normal, grid.cell);
+            let factor = if self.boundaries[obstacle.number()].kind.binds() { LEAST_OBSTACLE_DISTANCE } else { 1.0 };
+            let gap = distance - factor * body.reach(p, normal, grid.cell);
             let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + APPROACH_ALLOWANCE * grid.cell;
             let boundary = obstacle.number() as u32;
             let meets = gap < travel
