@@ -296,8 +296,9 @@ fn bodies_of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) ->
     let full = parallel::max(mesh.elements().len(), |e| particles.of(e).len() as f64).max(1.0);
     let is_cut = setup.solids.is_some();
     let within = |e: usize| if is_cut { full } else { particles.of(e).len().max(1) as f64 };
-    let share = |e: usize| mesh.simplex(e).volume / within(e);
-    let own = |p: usize, phase: usize| if is_of(p, phase) { share(particles.element[p] as usize) } else { 0.0 };
+    let particle_volume = |e: usize| mesh.simplex(e).volume / within(e);
+    let own =
+        |p: usize, phase: usize| if is_of(p, phase) { particle_volume(particles.element[p] as usize) } else { 0.0 };
     let volume = |phase: usize| parallel::sum(particles.len(), |p| own(p, phase));
     let fluids = setup.fluids.iter().map(|fluid| &fluid.name);
     let names = fluids.chain(setup.particle_solids.iter().map(|solid| &solid.name));

@@ -13,11 +13,11 @@ const PLAIN_EVERY: Duration = Duration::from_secs(5);
 /// Columns of a terminal that nobody has widened.
 const COLUMNS: usize = 80;
 
-/// Columns of the bar on a terminal, with the share that is done.
+/// Columns of the bar on a terminal, with the percentage that is done.
 const BAR: usize = 17;
 
-/// Columns of the share that is done on a plain line.
-const SHARE: usize = 6;
+/// Columns of the percentage that is done on a plain line.
+const PERCENTAGE: usize = 6;
 
 /// The progress display that fits where the output goes.
 pub fn display(unit: &'static str) -> Box<dyn Observer> {
@@ -72,7 +72,7 @@ impl Observer for Lines {
     fn progress(&mut self, progress: &Progress) -> Result<()> {
         if self.printed.elapsed() >= PLAIN_EVERY {
             self.printed = Instant::now();
-            let line = describe(progress, self.unit, COLUMNS - SHARE);
+            let line = describe(progress, self.unit, COLUMNS - PERCENTAGE);
             say(&format!("{:3.0}%  {line}", 100.0 * progress.fraction()));
         }
         Ok(())
@@ -174,16 +174,16 @@ mod tests {
         let hours = Some(Duration::from_secs(100 * 3600));
         let progress =
             Progress { clock, end: 0.678, remaining: hours, energy_drift: Some(-1.2e-13), ..Progress::default() };
-        for room in [COLUMNS - BAR, COLUMNS - SHARE] {
+        for room in [COLUMNS - BAR, COLUMNS - PERCENTAGE] {
             let line = describe(&progress, "s", room);
             assert!(line.starts_with("123 ms / 678 ms  100:00:00 left  energy -1.2e-13"), "{line}");
             assert!(line.chars().count() <= room && !line.contains("steps/s"), "{line}");
         }
         let start = Progress { end: 0.678, ..Progress::default() };
-        let line = describe(&start, "s", COLUMNS - SHARE);
+        let line = describe(&start, "s", COLUMNS - PERCENTAGE);
         assert!(line.ends_with("step 0  dt 0.000 s  0.000 steps/s"), "{line}");
         let sheet = Progress { end: 0.678, substeps_per_second: 2345.6, ..Progress::default() };
-        let line = describe(&sheet, "s", COLUMNS - SHARE);
+        let line = describe(&sheet, "s", COLUMNS - PERCENTAGE);
         assert!(line.ends_with("0.000 steps/s  2.35 k sub-steps/s"), "{line}");
     }
 

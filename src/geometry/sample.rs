@@ -28,7 +28,7 @@ const MOST_PARTICLES: f64 = u32::MAX as f64;
 /// Least memory per particle, with its columns in a solver.
 const BYTES: f64 = 300.0;
 
-/// Places along each axis at which the share of its bounds that a region fills is estimated, in 2D and in 3D.
+/// Places along each axis at which the fraction of its bounds that a region fills is estimated, in 2D and in 3D.
 const PLACES: [usize; 2] = [512, 64];
 
 /// Particles of one region.
@@ -149,9 +149,9 @@ impl ParticleLattice {
         })
     }
 
-    /// The share of its bounds that a region fills, from its distance at the centres of cells: each is cut by a plane
-    /// there.
-    fn share(&self, region: &Region, bounds: &Bounds) -> f64 {
+    /// The fraction of its bounds that a region fills, from its distance at the centres of cells: each is cut by a
+    /// plane there.
+    fn filled_fraction(&self, region: &Region, bounds: &Bounds) -> f64 {
         let n = PLACES[usize::from(self.dimension == 3)];
         let edge: [f64; 3] =
             std::array::from_fn(
@@ -167,14 +167,14 @@ impl ParticleLattice {
             (0.5 - region.signed_distance(std::array::from_fn(at)) / diagonal).clamp(0.0, 1.0)
         };
         let cells = n.pow(self.dimension as u32);
-        let shares: Vec<f64> = parallel::collect(cells, 256, filled);
-        shares.iter().sum::<f64>() / cells as f64
+        let fractions: Vec<f64> = parallel::collect(cells, 256, filled);
+        fractions.iter().sum::<f64>() / cells as f64
     }
 
     /// Why the particles don't fit into the memory, counted before any of them is made; `None` if they do.
     fn refusal(&self, region: &Region, bounds: &Bounds, points: f64) -> Option<String> {
         memory::refusal(BYTES * points)?;
-        let particles = points * self.share(region, bounds);
+        let particles = points * self.filled_fraction(region, bounds);
         let refusal = memory::refusal(BYTES * particles)?;
         Some(format!("about {particles:.1e} particles, {} m apart, take {refusal}", self.spacing))
     }
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_of_its_bounds_that_a_region_fills_is_estimated() {
+    fn the_fraction_of_its_bounds_that_a_region_fills_is_estimated() {
         const CENTRE: [f64; 3] = [1.0, 1.0, 0.0];
         let ring = |inner: f64| {
             Region::Intersection(vec![sphere(CENTRE, 2.0), Region::Complement(Box::new(sphere(CENTRE, inner)))])
@@ -353,8 +353,8 @@ mod tests {
                 let exact = ball * (1.0 - (inner / 2.0_f64).powi(dimension as i32));
                 let lattice = ParticleLattice { spacing: 1.0, dimension, origin: [0.0; 3] };
                 let region = ring(inner);
-                let share = lattice.share(&region, &region.bounds());
-                assert!((share / exact - 1.0).abs() < 0.01, "{share} {exact} in {dimension}D");
+                let fraction = lattice.filled_fraction(&region, &region.bounds());
+                assert!((fraction / exact - 1.0).abs() < 0.01, "{fraction} {exact} in {dimension}D");
             }
         }
     }

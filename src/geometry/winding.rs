@@ -112,7 +112,7 @@ impl<const D: usize> Winding<D> {
         }
         if cluster.second == 0 {
             let [first, count] = cluster.range;
-            return self.simplices[first..first + count].iter().map(|simplex| share(simplex, x)).sum();
+            return self.simplices[first..first + count].iter().map(|simplex| contribution(simplex, x)).sum();
         }
         self.turns(index + 1, x) + self.turns(cluster.second, x)
     }
@@ -142,7 +142,7 @@ fn area<const D: usize>([a, b, c]: &FacetCorners<D>) -> Vector<D> {
 }
 
 /// The contribution of a segment or triangle to the winding number about `x`.
-fn share<const D: usize>(simplex: &FacetCorners<D>, x: Vector<D>) -> f64 {
+fn contribution<const D: usize>(simplex: &FacetCorners<D>, x: Vector<D>) -> f64 {
     let [a, b, c] = simplex.map(|corner| Vector::<3>((corner - x).to3()));
     if D == 2 {
         return a.cross(b)[2].atan2(a.dot(b)) / (2.0 * PI);
@@ -261,7 +261,7 @@ mod tests {
     /// Each face of a cube fills a sixth of what its middle sees, and a half of what a point right below it sees.
     #[test]
     fn a_face_of_a_cube_has_a_sixth_of_the_solid_angle_at_its_centre() {
-        let seen = |x| cube()[10..].iter().map(|face| share(face, Vector(x))).sum::<f64>();
+        let seen = |x| cube()[10..].iter().map(|face| contribution(face, Vector(x))).sum::<f64>();
         close(seen([0.0, 0.0, 0.0]), 1.0 / 6.0, 1e-15);
         close(seen([0.1, 0.2, 1.0 - 1e-9]), 0.5, 1e-8);
         close(seen([0.1, 0.2, 1.0 + 1e-9]), -0.5, 1e-8);
@@ -275,7 +275,7 @@ mod tests {
         for k in 0..200_u32 {
             let along = Vector([f64::from(k).sin(), (1.7 * f64::from(k)).cos(), (0.3 * f64::from(k)).sin()]);
             let x = along.normalized().unwrap() * (0.6 + 0.004 * f64::from(k));
-            let plain: f64 = triangles.iter().map(|triangle| share(triangle, x)).sum();
+            let plain: f64 = triangles.iter().map(|triangle| contribution(triangle, x)).sum();
             close(plain, plain.round(), 1e-9);
             close(tree.number(x), plain, 0.05);
         }

@@ -58,8 +58,8 @@ impl TimeTable {
             return self.value[after - 1];
         }
         let [a, b] = [after - 1, after];
-        let share = (t - self.time[a]) / (self.time[b] - self.time[a]);
-        self.value[a] + share * (self.value[b] - self.value[a])
+        let fraction = (t - self.time[a]) / (self.time[b] - self.time[a]);
+        self.value[a] + fraction * (self.value[b] - self.value[a])
     }
 }
 

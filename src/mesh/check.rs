@@ -223,7 +223,7 @@ fn neighbours(facets: &Facets, findings: &mut Vec<Finding>) {
     findings.extend(blame(&shared, &pairs).into_iter().map(inverted));
 }
 
-/// Of neighbours that disagree the one is inverted that disagrees with the greater share of its neighbours,
+/// Of neighbours that disagree the one is inverted that disagrees with the greater fraction of its neighbours,
 /// or with more of them; if both do alike, the later one.
 fn blame(shared: &[u32], pairs: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let mut disagreements = vec![0u32; shared.len()];

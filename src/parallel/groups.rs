@@ -59,10 +59,10 @@ impl Groups {
         let Self { first, entries } = self;
         let groups = first.len() - 1;
         entries.resize(first[groups] as usize, 0);
-        let share = groups.div_ceil(threads()).max(1);
-        let range = |part: usize| part * share..((part + 1) * share).min(groups);
+        let part_len = groups.div_ceil(threads()).max(1);
+        let range = |part: usize| part * part_len..((part + 1) * part_len).min(groups);
         let places = |part: usize| first[range(part).start] as usize..first[range(part).end] as usize;
-        let mut parts = parts_mut(entries, (0..groups.div_ceil(share)).map(places));
+        let mut parts = parts_mut(entries, (0..groups.div_ceil(part_len)).map(places));
         change(&mut parts, 1, |n, part| {
             let range = range(n);
             let base = first[range.start];

@@ -32,7 +32,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// The share of the run that is done, 0 to 1.
+    /// The fraction of the run that is done, 0 to 1.
     pub fn fraction(&self) -> f64 {
         if self.end > 0.0 { (self.clock.time / self.end).clamp(0.0, 1.0) } else { 1.0 }
     }

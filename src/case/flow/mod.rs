@@ -135,7 +135,7 @@ pub enum SchemeTable {
     BackwardEuler,
     /// The θ-scheme along the particles' paths: second order at θ = ½.
     SecondOrder {
-        /// Implicit share θ.
+        /// Implicit weight θ.
         #[serde(default = "theta")]
         #[schemars(extend("minimum" = 0.5, "maximum" = 1.0))]
         theta: f64,
@@ -230,7 +230,7 @@ pub enum VolumeSpec {
     /// It is only reported.
     None,
     /// The sharp interface of two fluids is shifted to the volume at the start; three and more in a closed box take
-    /// weights of their shares that keep their volumes. Shift or weights are reported.
+    /// weights of their fractions that keep their volumes. Shift or weights are reported.
     Shift,
 }
 

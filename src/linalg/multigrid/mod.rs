@@ -155,14 +155,14 @@ fn coarsen(a: &Csr, smooth: &mut Vec<f32>, threshold: f32) -> Option<(Csr, Csr, 
     if aggregates.count == 0 || aggregates.count * 10 > a.rows() * 9 {
         return None;
     }
-    let prolongation = smoothed(&strong, &aggregates, &share(&aggregates, smooth));
+    let prolongation = smoothed(&strong, &aggregates, &weights_in_aggregates(&aggregates, smooth));
     let restriction = prolongation.transposed();
     let coarse = restriction.product(&a.product(&prolongation));
     Some((prolongation, restriction, coarse))
 }
 
 /// w_i/w_c, zero where there is no aggregate; w becomes w_c.
-fn share(aggregates: &Aggregates, smooth: &mut Vec<f32>) -> Vec<f32> {
+fn weights_in_aggregates(aggregates: &Aggregates, smooth: &mut Vec<f32>) -> Vec<f32> {
     let mut coarse = vec![0.0f32; aggregates.count];
     for (w, &own) in smooth.iter().zip(&aggregates.of).filter(|(_, own)| **own != ALONE) {
         coarse[own as usize] += w * w;
@@ -173,17 +173,17 @@ fn share(aggregates: &Aggregates, smooth: &mut Vec<f32>) -> Vec<f32> {
     fine.into_iter().zip(&aggregates.of).map(part).collect()
 }
 
-/// P = (I − ω D⁻¹ A_s) P_0 with one `share` per row of P_0.
-fn smoothed(strong: &Csr, aggregates: &Aggregates, share: &[f32]) -> Csr {
+/// P = (I − ω D⁻¹ A_s) P_0 with one of the `weights` per row of P_0.
+fn smoothed(strong: &Csr, aggregates: &Aggregates, weights: &[f32]) -> Csr {
     let inverse: Vec<f32> = strong.diagonal().iter().map(|d| d.recip()).collect();
     let omega = 4.0 / (3.0 * largest_eigenvalue(strong, &inverse));
     Csr::from_rows(strong.rows(), aggregates.count, |i, row| {
         if aggregates.of[i] == ALONE {
             return;
         }
-        row.add(aggregates.of[i] as usize, share[i]);
+        row.add(aggregates.of[i] as usize, weights[i]);
         for (j, v) in strong.row(i).filter(|&(j, _)| aggregates.of[j] != ALONE) {
-            row.add(aggregates.of[j] as usize, -omega * inverse[i] * v * share[j]);
+            row.add(aggregates.of[j] as usize, -omega * inverse[i] * v * weights[j]);
         }
     })
 }

@@ -35,9 +35,9 @@ impl EquationOfState for Jwl {
         let (mut a, mut slope) = (0.0, 0.0);
         for (pressure, rate) in self.pressures.into_iter().zip(self.rates) {
             let decay = pressure * (-rate * v).exp();
-            let share = self.omega / (rate * v);
-            a += (1.0 - share) * decay;
-            slope += (share / v - rate * (1.0 - share)) * decay;
+            let ratio = self.omega / (rate * v);
+            a += (1.0 - ratio) * decay;
+            slope += (ratio / v - rate * (1.0 - ratio)) * decay;
         }
         // dv/dη = −v².
         Coefficients { a, b: self.omega / v, da: -v * v * slope, db: self.omega }

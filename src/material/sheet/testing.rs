@@ -45,8 +45,8 @@ pub fn total_law(law: &dyn Sheet) {
                 law.total(moved).energy
             };
             // C12 stands for both off-diagonal entries.
-            let share = if i == 2 { 1.0 } else { 2.0 };
-            share * (energy(1.0) - energy(-1.0)) / (2.0 * step)
+            let factor = if i == 2 { 1.0 } else { 2.0 };
+            factor * (energy(1.0) - energy(-1.0)) / (2.0 * step)
         });
         assert_close(law.total(c).stress, derivative, 2e-8 * scale, "S = 2 ∂W/∂C");
     }

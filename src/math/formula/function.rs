@@ -82,6 +82,6 @@ fn step(t: f64) -> f64 {
 
 /// The smooth start (1 − cos(π t/T))/2 up to T, then 1.
 fn ramp(t: f64, duration: f64) -> f64 {
-    let share = (t / duration).clamp(0.0, 1.0);
-    0.5 * (1.0 - (std::f64::consts::PI * share).cos())
+    let fraction = (t / duration).clamp(0.0, 1.0);
+    0.5 * (1.0 - (std::f64::consts::PI * fraction).cos())
 }

@@ -97,12 +97,12 @@ impl DiscLayout {
         let mut nodes: Vec<_> =
             (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))).map(|(i, j)| self.square_node(i, j)).collect();
         for ring in 1..=self.rings {
-            let share = ring as f64 / self.rings as f64;
+            let fraction = ring as f64 / self.rings as f64;
             nodes.extend((0..self.around()).map(|place| {
                 let (i, j) = self.square_rim(place);
                 let angle = (place as f64 / n as f64 - 1.5) * FRAC_PI_2;
                 let rim = Vector([angle.cos(), angle.sin()]);
-                self.square_node(i, j) * (1.0 - share) + rim * share
+                self.square_node(i, j) * (1.0 - fraction) + rim * fraction
             }));
         }
         nodes

@@ -163,9 +163,9 @@ fn keys(cell: &Cell<27>, piece: &[[u16; 8]]) -> Vec<NodeKey> {
     let part = (WHOLE / OF_VERTEX) >> dimension;
     let node = |a: usize| {
         let along = |k: usize| (a / 3usize.pow(k as u32) % 3) as u16;
-        let share =
+        let vertex_weight =
             |b: usize| (0..dimension).map(|k| if b >> k & 1 == 1 { along(k) } else { 2 - along(k) }).product::<u16>();
-        let weight = |corner: usize| (0..piece.len()).map(|b| share(b) * piece[b][corner]).sum::<u16>() * part;
+        let weight = |corner: usize| (0..piece.len()).map(|b| vertex_weight(b) * piece[b][corner]).sum::<u16>() * part;
         let all = cell.nodes()[..count].iter().enumerate().map(|(corner, &node)| (node, weight(corner)));
         let mut key: NodeKey = all.filter(|(_, weight)| *weight > 0).collect();
         key.sort_unstable();

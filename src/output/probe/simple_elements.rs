@@ -68,10 +68,10 @@ mod tests {
     proptest! {
         /// A point made from weights is found again, and no point of the simplex is nearer to any other one.
         #[test]
-        fn the_nearest_point_of_a_simplex(corners in proptest::collection::vec(point(), 2..5), x in point(), shares in proptest::collection::vec(0.01..1.0f64, 4)) {
+        fn the_nearest_point_of_a_simplex(corners in proptest::collection::vec(point(), 2..5), x in point(), parts in proptest::collection::vec(0.01..1.0f64, 4)) {
             let corners: Vec<_> = corners.into_iter().map(Vector).collect();
-            let sum: f64 = shares[..corners.len()].iter().sum();
-            let weights: Vec<f64> = shares[..corners.len()].iter().map(|share| share / sum).collect();
+            let sum: f64 = parts[..corners.len()].iter().sum();
+            let weights: Vec<f64> = parts[..corners.len()].iter().map(|part| part / sum).collect();
             let inside = blend(&corners, &weights);
             prop_assert!((blend(&corners, &in_simplex(&corners, inside)) - inside).norm() < 1e-7);
             let found = in_simplex(&corners, Vector(x));

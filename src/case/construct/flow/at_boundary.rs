@@ -97,7 +97,7 @@ fn is_on_boundary<const D: usize, const N: usize>(mesh: &Mesh<D, N>, location: &
     let nodes: Vec<u32> = mesh.elements()[*element]
         .iter()
         .zip(shape)
-        .filter(|(_, share)| **share > ROUNDING)
+        .filter(|(_, weight)| **weight > ROUNDING)
         .map(|(&node, _)| node)
         .collect();
     let has_facet = |element: usize| {

@@ -227,7 +227,7 @@ impl Construction<'_> {
         let spec = &self.case.file.pfem2;
         if spec.interface == InterfaceSpec::Pseudo && spec.volume == VolumeSpec::Shift {
             let message =
-                "this needs `interface = \"sharp\"`: a line that follows the shares of particles can't be shifted";
+                "this needs `interface = \"sharp\"`: a line that follows the fractions of particles can't be shifted";
             let help = "write `volume = \"none\"`, leave it out, or take the sharp interface";
             self.findings.push(Diagnostic::error("pfem2.volume", message).help(help));
         }

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 /// Part of a wall's velocity that may be normal to it, as the rounding error of a formula.
 const ACROSS: f64 = 1e-6;
 
-/// Share of the extent of the mesh along gravity above which an open part is tall.
+/// Fraction of the extent of the mesh along gravity above which an open part is tall.
 const TALL: f64 = 0.01;
 
 impl Construction<'_> {

@@ -50,8 +50,8 @@ impl FlightAxis {
 struct Flight<'a, const D: usize, const N: usize> {
     setup: &'a SolidSetup<D>,
     around: &'a SolidSurroundings<'a, D, N>,
-    /// Shares of the nodes in its mass.
-    shares: Vec<f64>,
+    /// Mass fractions of the nodes.
+    mass_fractions: Vec<f64>,
     mass: f64,
     center: Vector<D>,
     velocity: Vector<D>,
@@ -113,7 +113,7 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
             velocity: mean(&structure.state.velocity[nodes]),
             axes: std::array::from_fn(|axis| axis_motion(setup, axis)),
             range: std::array::from_fn(range),
-            shares: masses.iter().map(|m| m / mass).collect(),
+            mass_fractions: masses.iter().map(|m| m / mass).collect(),
         }
     }
 
@@ -186,8 +186,8 @@ impl<'a, const D: usize, const N: usize> Flight<'a, D, N> {
         let fluid = match self.around.fluids {
             [fluid] => fluid.density,
             _ => {
-                let nodes = self.setup.mesh.nodes.iter().zip(&self.shares);
-                nodes.map(|(x, share)| share * self.around.density(*x + shift)).sum()
+                let nodes = self.setup.mesh.nodes.iter().zip(&self.mass_fractions);
+                nodes.map(|(x, fraction)| fraction * self.around.density(*x + shift)).sum()
             }
         };
         gravity * (1.0 - fluid / self.setup.law.density())
