@@ -76,21 +76,21 @@ fn system<const D: usize, const N: usize, const B: usize>(
     let mut b = vec![[0.0; B]; pattern.rows()];
     for (e, nodes) in mesh.elements().iter().enumerate() {
         let (simplex, h, x) = (mesh.simplex(e), mesh.shortest_edge(e), mesh.center(e));
-        let share = simplex.volume / N as f64;
+        let nodal_volume = simplex.volume / N as f64;
         let heavy = x[D - 1] + 0.1 * (6.0 * x[0]).cos() < interface;
         let (density, viscosity) = if heavy { (1000.0, 1e-3) } else { (1.0, 1e-5) };
         let tau = 1.0 / (1.0 / DT + 4.0 * viscosity / (density * h * h));
         for i in 0..N {
-            b[nodes[i] as usize][D - 1] -= density * share * 9.81;
+            b[nodes[i] as usize][D - 1] -= density * nodal_volume * 9.81;
             b[nodes[i] as usize][D] += tau * simplex.volume * simplex.gradient[i][D - 1] * 9.81;
             for j in 0..N {
                 let entry = pattern.entry(nodes[i] as usize, nodes[j] as usize).expect("neighbours");
                 let laplace = simplex.volume * simplex.gradient[i].dot(simplex.gradient[j]);
                 let block = &mut a.values[entry];
                 for k in 0..D {
-                    block[k][k] += viscosity * laplace + if i == j { density * share / DT } else { 0.0 };
-                    block[k][D] -= share * simplex.gradient[i][k];
-                    block[D][k] -= share * simplex.gradient[j][k];
+                    block[k][k] += viscosity * laplace + if i == j { density * nodal_volume / DT } else { 0.0 };
+                    block[k][D] -= nodal_volume * simplex.gradient[i][k];
+                    block[D][k] -= nodal_volume * simplex.gradient[j][k];
                 }
                 block[D][D] -= tau / density * laplace;
             }

@@ -109,12 +109,12 @@ fn measure(thousands: usize, steps: usize, choice: &Choice) {
     let limit = 1e9 / stream::triad();
     let total: f64 = still.stages.iter().map(|(_, s)| s).sum();
     for &(stage, seconds) in still.stages.iter().filter(|(_, seconds)| *seconds > 0.001 * total) {
-        let share = seconds / total;
-        let ns = share * 1e3 / still.per_processor;
+        let fraction = seconds / total;
+        let ns = fraction * 1e3 / still.per_processor;
         let moved = BYTES.iter().find(|entry| entry.0 == stage).map(|(_, bytes)| (bytes, ns / (bytes * limit)));
         let moved = moved
             .map_or(String::new(), |(bytes, times)| format!("  {bytes:3.0} bytes, {times:.1} times the memory limit"));
-        println!("    {stage:10} {ns:6.1} ns  {:4.1} %{moved}", 100.0 * share);
+        println!("    {stage:10} {ns:6.1} ns  {:4.1} %{moved}", 100.0 * fraction);
     }
     let dt = mpm.stable_dt();
     drop(mpm);

@@ -203,7 +203,7 @@ fn a_resumed_run_repeats_the_uninterrupted_one_bit_for_bit() {
 }
 
 /// Decaying vortices (Taylor & Green) lose 1 − exp(−4π²νt) of their energy 1 to viscosity; the first step, whose
-/// explicit share of the forces is that of the initial state, is no exception.
+/// explicit part of the forces is that of the initial state, is no exception.
 #[test]
 fn viscous_dissipation_of_the_first_step_is_that_of_decaying_vortices() {
     let set = [("time.end", "0.05"), ("mesh.cell", "0.0625")].map(|(key, value)| (key.to_owned(), value.to_owned()));

@@ -55,7 +55,7 @@ fn field<const D: usize>(mpm: &Mpm<D>, name: &str) -> Option<Vec<f64>> {
 }
 
 fn volume<const D: usize>(sheet: MembraneSetup<D>) -> Option<f64> {
-    field(&model(sheet), "volume").map(|shares| shares.iter().sum())
+    field(&model(sheet), "volume").map(|parts| parts.iter().sum())
 }
 
 /// A cube, also sheared, and whichever way its normals point; a ball to second order in its elements.

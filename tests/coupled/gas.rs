@@ -80,12 +80,12 @@ fn transfer_dissipation_heats_the_gas_in_the_loop() {
     let mut mpm = expansion(Dissipation::Heat);
     run(&mut mpm, 1.1, |_, _| {});
     let energy = term(&mpm, "stored energy at the start");
-    let share = |name| term(&mpm, name) / energy;
-    let contact = share("contact dissipation") + share("contact mapping loss");
+    let fraction = |name| term(&mpm, name) / energy;
+    let contact = fraction("contact dissipation") + fraction("contact mapping loss");
     let stored = ["kinetic energy: gas", "internal energy: gas", "kinetic energy: sheet", "strain energy: sheet"];
-    let lost = 1.0 - stored.into_iter().map(share).sum::<f64>();
-    assert!(share("transfer dissipation") > 0.01, "{}", share("transfer dissipation"));
-    let sheet = share("stress update error: sheet");
+    let lost = 1.0 - stored.into_iter().map(fraction).sum::<f64>();
+    assert!(fraction("transfer dissipation") > 0.01, "{}", fraction("transfer dissipation"));
+    let sheet = fraction("stress update error: sheet");
     assert!((lost - contact + sheet).abs() < 1e-4, "{lost} {contact} {sheet}");
     assert!(closure(&mpm).abs() < 1e-12);
 }

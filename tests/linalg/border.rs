@@ -20,16 +20,16 @@ fn fluid(mesh: &Mesh<2, 3>, viscosity: f64) -> BlockMatrix<3> {
     let mut a = BlockMatrix::zeros(pattern.clone());
     for (e, nodes) in mesh.elements().iter().enumerate() {
         let simplex = mesh.simplex(e);
-        let share = simplex.volume / 3.0;
+        let nodal_volume = simplex.volume / 3.0;
         let tau = 1.0 / (1.0 + 4.0 * viscosity / mesh.shortest_edge(e).powi(2));
         for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
             let block = &mut a.values[pattern.entry(nodes[i] as usize, nodes[j] as usize).unwrap()];
             let (gi, gj) = (simplex.gradient[i], simplex.gradient[j]);
             let laplace = simplex.volume * gi.dot(gj);
             for k in 0..2 {
-                block[k][k] += viscosity * laplace + if i == j { share } else { 0.0 };
-                block[k][2] -= share * gi[k];
-                block[2][k] -= share * (gj[k] + tau * gi[k]);
+                block[k][k] += viscosity * laplace + if i == j { nodal_volume } else { 0.0 };
+                block[k][2] -= nodal_volume * gi[k];
+                block[2][k] -= nodal_volume * (gj[k] + tau * gi[k]);
             }
             block[2][2] -= tau * laplace;
         }
@@ -53,8 +53,8 @@ struct MovingBottom {
 impl MovingBottom {
     fn new(mesh: &Mesh<2, 3>, free: BlockMatrix<3>, (count, mass): (usize, f64), walls: Vec<bool>) -> Self {
         let bottom = (0..mesh.nodes().len()).filter(|&i| mesh.nodes()[i][1] < 1e-9);
-        let share = |j: usize, x: f64| (1.0 - (x * (count + 1) as f64 - (j + 1) as f64).abs()).max(0.0);
-        let of = |j: usize| bottom.clone().map(|i| (i, share(j, mesh.nodes()[i][0]))).filter(|m| m.1 > 1e-9).collect();
+        let weight = |j: usize, x: f64| (1.0 - (x * (count + 1) as f64 - (j + 1) as f64).abs()).max(0.0);
+        let of = |j: usize| bottom.clone().map(|i| (i, weight(j, mesh.nodes()[i][0]))).filter(|m| m.1 > 1e-9).collect();
         let moves: Vec<Vec<(usize, f64)>> = (0..count).map(of).collect();
         let entry = |i: usize, j: usize| free.pattern.entry(i, j).map_or(0.0, |entry| free.values[entry][1][1]);
         let product = |a: &[(usize, f64)], b: &[(usize, f64)]| -> f64 {
@@ -304,7 +304,7 @@ impl Border<3> for Whole {
             let column = mesh.as_flattened().iter().chain(&border).enumerate();
             entries.extend(column.map(|(i, value)| MatrixEntry::new(i as u32, first + j as u32, *value)));
             // F = Pᵀ A is A P transposed but for the stabilisation in the rows of pressures, which it reads by rows.
-            for (&(i, p), k) in self.0.moves[j].iter().flat_map(|share| (0..3).map(move |k| (share, k))) {
+            for (&(i, p), k) in self.0.moves[j].iter().flat_map(|entry| (0..3).map(move |k| (entry, k))) {
                 for entry in self.0.free.pattern.row(i) {
                     let other = self.0.free.pattern.columns()[entry] * 3 + k;
                     let value = p * self.0.free.values[entry][1][k as usize];

@@ -24,7 +24,7 @@ impl Stokes {
         let mut a = BlockMatrix::zeros(pattern.clone());
         for (e, nodes) in mesh.elements().iter().enumerate() {
             let (simplex, h) = (mesh.simplex(e), mesh.shortest_edge(e));
-            let (volume, share) = (simplex.volume, simplex.volume / N as f64);
+            let (volume, nodal_volume) = (simplex.volume, simplex.volume / N as f64);
             let density = (self.density)(mesh.center(e).to3());
             let tau = 1.0 / (1.0 / self.dt + 4.0 * self.viscosity / (density * h * h));
             for i in 0..N {
@@ -34,11 +34,12 @@ impl Stokes {
                     let laplace = volume * gi.dot(gj);
                     let block = &mut a.values[entry];
                     for k in 0..D {
-                        block[k][k] += self.viscosity * laplace + if i == j { density * share / self.dt } else { 0.0 };
-                        block[k][D] -= share * gi[k];
-                        block[D][k] -= share * gj[k];
+                        block[k][k] +=
+                            self.viscosity * laplace + if i == j { density * nodal_volume / self.dt } else { 0.0 };
+                        block[k][D] -= nodal_volume * gi[k];
+                        block[D][k] -= nodal_volume * gj[k];
                         if self.consistent {
-                            block[D][k] -= tau / self.dt * share * gi[k];
+                            block[D][k] -= tau / self.dt * nodal_volume * gi[k];
                         }
                     }
                     block[D][D] -= tau / density * laplace;
@@ -359,8 +360,10 @@ fn the_pressure_of_a_poisson_problem_converges_at_second_order() {
         let exact = |x: Vector<2>| (PI * x[0]).sin() * (PI * x[1]).sin();
         let mut b = vec![[0.0; 3]; mesh.nodes().len()];
         for (e, nodes) in mesh.elements().iter().enumerate() {
-            let share = mesh.simplex(e).volume / 3.0;
-            nodes.iter().for_each(|&n| b[n as usize][2] -= share * 2.0 * PI * PI * exact(mesh.nodes()[n as usize]));
+            let nodal_volume = mesh.simplex(e).volume / 3.0;
+            nodes
+                .iter()
+                .for_each(|&n| b[n as usize][2] -= nodal_volume * 2.0 * PI * PI * exact(mesh.nodes()[n as usize]));
         }
         for facet in mesh.boundary() {
             for node in mesh.facet_nodes(*facet) {

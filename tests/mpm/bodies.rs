@@ -20,7 +20,7 @@ fn mean_velocity<const D: usize>(mpm: &Mpm<D>) -> Vector<D> {
     Vector::from_fn(|a| (0..n).map(|p| v[3 * p + a]).sum::<f64>() / n as f64)
 }
 
-/// Two equal elastic bars (ν = 0, c = 10, ρ = 1, length 1) that meet head-on with ±0.1: the share of the speed that
+/// Two equal elastic bars (ν = 0, c = 10, ρ = 1, length 1) that meet head-on with ±0.1: the fraction of the speed that
 /// they part with, and the mean stress between them while the first waves travel over ρ c V.
 fn bars(cells: i32) -> (f64, f64) {
     let h = 1.0 / f64::from(cells);
@@ -214,14 +214,14 @@ fn on_wall(kind: WallKind, angle: f64, (cell, cells): (f64, [i32; 2]), body: Bod
 #[test]
 fn a_disc_on_a_wall_rolls_or_slides_with_the_acceleration_of_a_rigid_one() {
     let angle = std::f64::consts::FRAC_PI_6;
-    for (coefficient, share) in [(0.5, 2.0 / 3.0), (0.1, 1.0 - 0.1 / angle.tan())] {
+    for (coefficient, factor) in [(0.5, 2.0 / 3.0), (0.1, 1.0 - 0.1 / angle.tan())] {
         let kind = WallKind::Friction { coefficient };
         let away = |x: Vector<2>| (x - Vector([0.5, 0.3])).norm();
         let lattice = ([0.2, 0.0], [36, 36], 0.05 / 3.0);
         let disc = body(rubber(1000.0, 1e7, 0.3), lattice, |x| away(x) < 0.3, |_| Vector::ZERO);
         let disc = BodySetup { depth: disc.position.iter().map(|&x| 0.3 - away(x)).collect(), ..disc };
         let a = acceleration(&mut on_wall(kind, angle, (0.05, [40, 16]), disc), 0.5);
-        let expected = share * GRAVITY * angle.sin();
+        let expected = factor * GRAVITY * angle.sin();
         assert!((a / expected - 1.0).abs() < 0.03, "μ = {coefficient}: {a}, expected {expected}");
     }
 }
