@@ -4,7 +4,7 @@
 //! m_I = Σ m_p N_Ip                                           Lian (60)
 //! p_I = Σ m_p N_Ip (v_p + C_p (x_I − x_p))                   Lian (61); C = 0 for FLIP
 //! f_I = Σ −V_p (σ_p + p_a 1) ∇N_Ip + F_p N_Ip                Lian (17, 18); F: external force, p_a: atmosphere
-//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC fraction; 1 for APIC          Lian (65)
+//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC fraction; 1 for APIC       Lian (65)
 //! ẋ_p = Σ N_Ip v_I⁺                                                                         Lian (19)
 //! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
 //! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62, 63)
