@@ -172,6 +172,19 @@ fn a_dam_in_two_dimensions_has_the_colours_of_the_bar() {
     );
 }
 
+/// Values from −2 to 8: zero is grey, and what is as far below it as another above has as much colour.
+#[test]
+fn the_middle_of_blue_and_red_is_zero() {
+    let mut model = Model::dam();
+    model.speed = model.particles.iter().map(|x| 10.0 * x[0] - 2.0).collect();
+    let keys = "of = [\"water\"]\nfield = \"speed\"\nmap = \"blue-red\"\nframe = \"start\"";
+    let image = render(&model, "dam-signs", &picture(&model, TANK, keys));
+    let across = (0..1000).map(|i| pixel(&image, f64::from(i) / 1000.0, 0.6));
+    let row: Vec<[u8; 3]> = across.filter(|pixel| *pixel != [255; 3]).collect();
+    let grey = row.iter().position(|pixel| pixel.iter().all(|c| c.abs_diff(0xdd) < 4)).unwrap();
+    assert!((0.15..0.25).contains(&(grey as f64 / row.len() as f64)), "{grey} of {}", row.len());
+}
+
 #[test]
 fn pictures_do_not_depend_on_the_number_of_threads() {
     let model = Model::drop(4.5e-3, 0.8, 3e-3);

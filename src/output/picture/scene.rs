@@ -6,7 +6,7 @@ use super::skin::skin;
 use super::spec::{MeshLines, PictureSpec};
 use crate::math::Vector;
 use crate::output::UnitLabels;
-use crate::output::colour::{PALETTE, Rgb};
+use crate::output::colour::{ColourMap, PALETTE, Rgb};
 use crate::output::component::Component;
 use crate::output::set::{On, Set, SetQuantity, Start};
 use crate::output::ticks::round_step;
@@ -81,8 +81,10 @@ impl<'s> Scene<'s> {
         });
         let sets: Vec<_> = sets.collect();
         let colouring = sets.iter().any(|(_, values, _)| values.is_some()).then(|| {
-            let range = spec.range.unwrap_or_else(|| range(sets.iter().filter_map(|(_, values, _)| values.as_ref())));
-            let table = (0..TABLE).map(|n| spec.map.colour(n as f64 / (TABLE - 1) as f64)).collect();
+            let map = spec.map(snapshot.dimension);
+            let own = || range(sets.iter().filter_map(|(_, values, _)| values.as_ref()));
+            let range = spec.range.unwrap_or_else(|| if map == ColourMap::BlueRed { about_zero(own()) } else { own() });
+            let table = (0..TABLE).map(|n| map.colour(n as f64 / (TABLE - 1) as f64)).collect();
             Colouring { range, unit, table }
         });
         Self { spec, camera, pixel, dimension: snapshot.dimension, sets, colouring }
@@ -294,6 +296,12 @@ fn range<'v>(values: impl Iterator<Item = &'v Values>) -> [f64; 2] {
     }
     let step = round_step((high - low) / 10.0);
     [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step]
+}
+
+/// The range of both signs that holds this one.
+fn about_zero([low, high]: [f64; 2]) -> [f64; 2] {
+    let most = high.abs().max(low.abs());
+    [-most, most]
 }
 
 /// Sums of the normals of the faces around each node, in the camera's frame.

@@ -30,9 +30,10 @@ pub struct PictureSpec {
     /// Values at the ends of the colour bar, in SI units; default: from the values of each picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
-    /// Colour map of values.
-    #[serde(default)]
-    pub map: ColourMap,
+    /// Colour map of values; default: `blue-red` of `vorticity`, `viridis` of others. The middle of `blue-red` is
+    /// zero, where no `range` is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<ColourMap>,
     /// Parts that keep their colour although they have the field.
     #[serde(default)]
     pub plain: Vec<String>,
@@ -137,10 +138,18 @@ impl PictureSpec {
         let given = [
             ("component", self.component.is_some()),
             ("range", self.range.is_some()),
-            ("map", self.map != ColourMap::default()),
+            ("map", self.map.is_some()),
             ("plain", !self.plain.is_empty()),
         ];
         given.into_iter().find(|(_, given)| *given && self.field.is_none()).map(|(key, _)| key)
+    }
+
+    /// The colour map in a model of this dimension: where none is given, one with a middle for a field that is as much
+    /// below zero as above it.
+    pub(super) fn map(&self, dimension: usize) -> ColourMap {
+        let has_sign = dimension == 2 || self.component.is_some_and(|component| component != Component::Magnitude);
+        let turns = has_sign && self.field.as_deref() == Some("vorticity");
+        self.map.unwrap_or(if turns { ColourMap::BlueRed } else { ColourMap::Viridis })
     }
 
     /// Checks that need no model.
