@@ -1,13 +1,13 @@
 //! The interfaces of a run: fractions and level set at the nodes, and the volumes on their sides.
 
 use crate::math::Vector;
-use crate::mesh::Mesh;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::inflow::InflowComposition;
 use crate::pfem2::interface::level_set::{self, InflowDepth, LevelSet, OpenFacet};
 use crate::pfem2::interface::outline::Outline;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::{AveragingKernel, ConvectedVelocity, project};
+use crate::pfem2::phases::FluidRegion;
 use crate::pfem2::phases::Phases;
 use crate::pfem2::phases::phase_list::PhaseList;
 
@@ -108,13 +108,13 @@ impl<const D: usize> InterfaceTracking<D> {
     /// Particles behind facets at which an interface begins take theirs at once.
     pub fn inflow_depth<const N: usize>(
         &self,
-        mesh: &Mesh<D, N>,
+        region: &FluidRegion<D, N>,
         velocity: &[Vector<D>],
         particles: &mut Particles<D>,
     ) -> Option<InflowDepth> {
         let open_facets = &self.open_facets[..];
         let set = self.sharp.as_ref().filter(|_| !open_facets.is_empty())?;
-        Some(InflowDepth::new(mesh, set, open_facets, velocity, particles))
+        Some(InflowDepth::new(region, set, open_facets, velocity, particles))
     }
 
     /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells

@@ -51,7 +51,7 @@ impl<const D: usize> ParticleTracking<D> {
         let projectiles = self.rules.projectiles(system, interface);
         let (mesh, boundary) = (&system.mesh, &system.boundary.kinds[..]);
         let lines = Streamlines::new(mesh, &Flow { velocity: &velocity, boundary, projectiles });
-        let inflow_depth = interface.inflow_depth(mesh, &velocity, &mut self.columns);
+        let inflow_depth = interface.inflow_depth(&system.fluid_region(), &velocity, &mut self.columns);
         self.events.add_motion(&self.columns.carry(&lines, step.dt));
         let rates = lines.into_rates();
         FrozenFlow { step, velocity, start, rates, inflow_depth }

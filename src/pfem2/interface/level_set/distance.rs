@@ -12,14 +12,17 @@
 //! ```
 //!
 //! which is exact for a plane and of second order for a curve; the last condition keeps planes that go on behind a
-//! re-entrant corner or an obstacle out of the fluid on the other side.
+//! re-entrant corner or an obstacle out of the fluid on the other side. Inside of solids the
+//! interface goes on as it meets their surface (see `solids`).
 
+use super::solids::continue_interface;
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::cut_element::{facets, is_cut};
 use crate::pfem2::interface::outline::size;
 use crate::pfem2::particles::interpolate;
+use crate::pfem2::phases::FluidRegion;
 
 /// Relative differences of lengths that are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -74,12 +77,21 @@ impl Sight {
 }
 
 impl<const D: usize> InterfacePolygons<D> {
-    /// The zero of the linear interpolant of `level`.
-    pub fn new<const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> Self {
+    /// The zero of the linear interpolant of `level`, and how it goes on inside of solids.
+    pub fn new<const N: usize>(region: &FluidRegion<D, N>, level: &[f64]) -> Self {
+        let mesh = region.mesh;
         let mut interface = Self { facets: Vec::new(), element: Vec::new(), longest_edge: 0.0 };
         let level = without_rounding(mesh, level);
+        let inside = continue_interface(region, &level);
         for (e, nodes) in (0u32..).zip(mesh.elements()) {
-            let own = nodes.map(|node| level[node as usize]);
+            let own = nodes.map(|node| match region.volume(e as usize) > 0.0 {
+                true => Some(level[node as usize]),
+                false => inside[node as usize],
+            });
+            if own.iter().any(Option::is_none) {
+                continue;
+            }
+            let own = own.map(Option::unwrap_or_default);
             let facets = facets::<D, N>(&own);
             if facets.is_empty() {
                 continue;

@@ -21,6 +21,7 @@ use crate::parallel;
 use crate::pfem2::cut_element::is_cut;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
+use crate::pfem2::phases::FluidRegion;
 
 /// Distances from the interface at the start of a step, as open boundaries see them.
 #[derive(Debug, Clone)]
@@ -33,13 +34,14 @@ impl InflowDepth {
     /// From the state at the start of a step that the convecting velocity v* [m/s] makes. The particles behind facets
     /// at which an interface begins take their distance from these as their depth.
     pub fn new<const D: usize, const N: usize>(
-        mesh: &Mesh<D, N>,
+        region: &FluidRegion<D, N>,
         set: &LevelSet,
         open_facets: &[OpenFacet<D>],
         convecting: &[Vector<D>],
         particles: &mut Particles<D>,
     ) -> Self {
-        let mut interface = InterfacePolygons::new(mesh, &set.level);
+        let mesh = region.mesh;
+        let mut interface = InterfacePolygons::new(region, &set.level);
         let fronts: Vec<Facet> =
             open_facets.iter().filter(|opening| is_front(mesh, set, opening, convecting)).map(|o| o.facet).collect();
         if !fronts.is_empty() {
@@ -141,7 +143,13 @@ mod tests {
         let mut particles = Particles::seed(&mesh, 3, |x| Some(u8::from(phi(x) >= 0.0)), |_| Vector::ZERO);
         let set = LevelSet::new(&mesh, 0, phi, &mut particles);
         let (open_facets, fall) = (top(&mesh, inflow_level), Vector([0.0, -1.0]));
-        let entering = InflowDepth::new(&mesh, &set, &open_facets, &vec![fall; mesh.nodes().len()], &mut particles);
+        let entering = InflowDepth::new(
+            &FluidRegion::whole(&mesh),
+            &set,
+            &open_facets,
+            &vec![fall; mesh.nodes().len()],
+            &mut particles,
+        );
         let middle = |opening: &OpenFacet<2>| {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });

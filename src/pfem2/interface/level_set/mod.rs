@@ -104,7 +104,7 @@ impl LevelSet {
         particles: &mut Particles<D>,
     ) -> Self {
         let level: Vec<f64> = parallel::collect(mesh.nodes().len(), 256, |node| phi(mesh.nodes()[node]));
-        let interface = InterfacePolygons::new(mesh, &level);
+        let interface = InterfacePolygons::new(&FluidRegion::whole(mesh), &level);
         // Without an interface yet, a fluid may still flow in.
         let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
@@ -132,7 +132,7 @@ impl LevelSet {
         revert_spurious_nodes(region, &origins, &mut self.level);
         self.age += 1;
         if self.age >= MEASURED_EVERY {
-            self.measure(mesh, particles);
+            self.measure(region, particles);
         }
     }
 
@@ -230,8 +230,9 @@ impl LevelSet {
     /// ```
     ///
     /// with the sign s of the fluid, the straightened level set D̃ and the slope ψ = |∇φ| of the nodes around.
-    fn measure<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, particles: &mut Particles<D>) {
-        let interface = InterfacePolygons::new(mesh, &self.level);
+    fn measure<const D: usize, const N: usize>(&mut self, region: &FluidRegion<D, N>, particles: &mut Particles<D>) {
+        let mesh = region.mesh;
+        let interface = InterfacePolygons::new(region, &self.level);
         self.age = 0;
         if interface.is_empty() {
             return;

@@ -3,6 +3,9 @@
 use super::*;
 use crate::pfem2::boundary::BoundaryKind;
 use crate::pfem2::particles::convect::{Flow, Streamlines};
+use crate::pfem2::solid::cut::SolidCut;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::surface::SolidSurface;
 use std::f64::consts::{PI, TAU};
 
 fn square(cells: usize) -> Mesh<2, 3> {
@@ -22,7 +25,7 @@ fn distances_from_a_circle_converge_with_the_square_of_the_mesh() {
     let error = |cells: usize| {
         let mesh = square(cells);
         let bent = nodal(&mesh, |x| circle(x) * (1.0 + x[0]));
-        let distances = InterfacePolygons::new(&mesh, &bent).distances(&mesh, 0.1);
+        let distances = InterfacePolygons::new(&FluidRegion::whole(&mesh), &bent).distances(&mesh, 0.1);
         let each = mesh.nodes().iter().zip(&distances);
         each.map(|(&x, d)| (circle(x).abs().min(0.1) - d).abs()).fold(0.0, f64::max)
     };
@@ -37,7 +40,7 @@ fn surface_and_volume_of_a_ball_converge() {
         let ball = nodal(&mesh, |x| (x - Vector::splat(0.51)).norm() - 0.3);
         let (area, volume) = (0.36 * PI, 0.036 * PI);
         [
-            InterfacePolygons::new(&mesh, &ball).area() / area - 1.0,
+            InterfacePolygons::new(&FluidRegion::whole(&mesh), &ball).area() / area - 1.0,
             negative_volume(&FluidRegion::whole(&mesh), &ball) / volume - 1.0,
         ]
     };
@@ -158,7 +161,7 @@ fn a_stretched_plane_is_measured_without_moving() {
     };
     let mut particles = Particles::seed(&mesh, 3, |x| Some(u8::from(height(x) >= 0.0)), |_| Vector::ZERO);
     let mut set = LevelSet::new(&mesh, 0, stretched, &mut particles);
-    set.measure(&mesh, &mut particles);
+    set.measure(&FluidRegion::whole(&mesh), &mut particles);
     for (depth, x) in particles.depth.iter().zip(&particles.position).filter(|(_, x)| height(**x).abs() < 0.1) {
         assert!((depth - height(*x).abs()).abs() < 1e-13, "{x:?}: {depth}");
     }
@@ -170,7 +173,8 @@ fn distances_to_a_circle_cut_by_a_wall_converge() {
     let error = |cells: usize| {
         let mesh = square(cells);
         let band = 4.0 / cells as f64;
-        let distances = InterfacePolygons::new(&mesh, &nodal(&mesh, behind)).distances(&mesh, band);
+        let distances =
+            InterfacePolygons::new(&FluidRegion::whole(&mesh), &nodal(&mesh, behind)).distances(&mesh, band);
         let each = mesh.nodes().iter().zip(&distances).filter(|(x, _)| behind(**x).abs() < band);
         each.map(|(&x, d)| (behind(x).abs() - d).abs()).fold(0.0, f64::max)
     };
@@ -191,10 +195,27 @@ fn distances_behind_a_corner_count_from_the_end_of_the_interface() {
     // From (0.613, 0) up to the step's side at (1, 0.387); its line comes out of the top at (1.113, 0.5).
     let plane = |x: Vector<2>| (x[1] - x[0] + 0.613) * 0.5f64.sqrt();
     let level = nodal(&mesh, |x| if x[1] > 0.5 - 1e-9 { 0.2 } else { plane(x) });
-    let distances = InterfacePolygons::new(&mesh, &level).distances(&mesh, 0.4);
+    let distances = InterfacePolygons::new(&FluidRegion::whole(&mesh), &level).distances(&mesh, 0.4);
     let end = Vector([1.0, 0.387]);
     for (x, d) in mesh.nodes().iter().zip(distances).filter(|(x, _)| x[0] > 1.05 && x[1] > 0.5 - 1e-9) {
         let exact = (*x - end).norm().min(0.4);
         assert!((d - exact).abs() < 1e-9, "{x:?}: {d} {exact}");
+    }
+}
+
+/// A block in water and air, in which φ has been continued from its top, too: distances above it are those from the
+/// plane of the interface beside it, which goes on inside.
+#[test]
+fn the_interface_goes_on_inside_of_solids_as_it_meets_them() {
+    let mesh = square(20);
+    let block = SolidMesh::block(Vector([-0.1, 0.21]), Vector([0.62, 0.79]), [2; 2]).unwrap();
+    let cut = SolidCut::new(&mesh, &SolidSurface::new(&[(&block, 0)], &block.nodes), &[]);
+    let region = FluidRegion::new(&mesh, Some(&cut));
+    let inside = |x: Vector<2>| x[0] < 0.57 && (0.26..0.74).contains(&x[1]);
+    let plane = |x: Vector<2>| x[1] - 0.513 - 0.1 * (x[0] - 0.62);
+    let level = nodal(&mesh, |x| if inside(x) { x[1] - 0.72 } else { plane(x) });
+    let distances = InterfacePolygons::new(&region, &level).distances(&mesh, 2.0);
+    for (x, d) in mesh.nodes().iter().zip(distances).filter(|(x, _)| x[1] > 0.8) {
+        assert!((d - plane(*x).abs() / 1.01f64.sqrt()).abs() < 1e-12, "{x:?}: {d}");
     }
 }
