@@ -92,12 +92,22 @@ impl Notices {
         }
     }
 
-    /// The volume of a fluid could not be kept.
+    /// The volume of a fluid could not be kept with the largest shift of the interface in a step.
     pub fn volume(&mut self, fluid: &str) {
         self.said.say(&format!("volume: {fluid}"), || {
             format!(
                 "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
                  step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
+            )
+        });
+    }
+
+    /// The volume of a fluid could not be kept in a step in which nodes changed sides with every shift.
+    pub fn volume_of_step(&mut self, fluid: &str) {
+        self.said.say(&format!("volume of a step: {fluid}"), || {
+            format!(
+                "the volume of `{fluid}` could not be kept in a step, as drops and films of it came and went with every shift of \
+                 the interface; the next steps make up for it (`history/balance.csv` shows the volume)"
             )
         });
     }

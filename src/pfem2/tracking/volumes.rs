@@ -15,6 +15,9 @@ const SHIFTS: usize = 8;
 /// Missing volume, over that at the start, from which a notice is given.
 const MISSED: f64 = 1e-6;
 
+/// A shift that lacks less than this part of what is allowed is the largest.
+const LARGEST_SHIFT: f64 = 1e-3;
+
 /// Treatment of the volumes of several fluids (theory G.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
@@ -84,7 +87,9 @@ impl<const D: usize> InterfaceTracking<D> {
         }
         let missing = wanted - level_set::negative_volume(&region, &sharp.level);
         if missing.abs() > MISSED * start.max(wanted) {
-            notices.volume(&system.physics.fluids[usize::from(sharp.inside)].name);
+            let fluid = &system.physics.fluids[usize::from(sharp.inside)].name;
+            let is_largest = self.shift.abs() >= (1.0 - LARGEST_SHIFT) * reach;
+            if is_largest { notices.volume(fluid) } else { notices.volume_of_step(fluid) }
         }
     }
 
