@@ -66,7 +66,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let before = sharp.level.clone();
         sharp.update(&region, particles, &self.open_facets);
         level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
-        level_set::absorb_unresolved_films(&region, sharp.inside, particles, &mut sharp.level);
+        level_set::absorb_unresolved_films(&region, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
         let booked = start - self.outflow[0];
@@ -80,8 +80,7 @@ impl<const D: usize> InterfaceTracking<D> {
             self.shift += level_set::shift_to_volume(&region, &mut sharp.level, wanted, left);
             let reverted = level_set::revert_spurious_nodes(&region, &origins, &mut sharp.level);
             let isolated = level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
-            let films = level_set::absorb_unresolved_films(&region, sharp.inside, particles, &mut sharp.level);
-            if reverted + isolated + films == 0 {
+            if reverted + isolated + level_set::absorb_unresolved_films(&region, &mut sharp.level) == 0 {
                 break;
             }
         }

@@ -132,7 +132,6 @@ impl LevelSet {
         revert_spurious_nodes(region, &origins, &mut self.level);
         self.age += 1;
         if self.age >= MEASURED_EVERY {
-            absorb_unresolved_films(region, self.inside, particles, &mut self.level);
             self.measure(region, particles);
         }
     }

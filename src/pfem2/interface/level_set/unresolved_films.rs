@@ -4,25 +4,18 @@
 //! the elements that they cut. Where all nodes of a film lie inside, their pressures act on it alone, and the thinner
 //! it is the larger they must be to move the fluid beside it, which shares its elements: they grew from step to step,
 //! and pushed a disc that sank in water to pieces. Such nodes take the side of the fluid around the film; its particles
-//! stay, and it shows itself again where a node outside sees them or it is thicker. A film that no particle of its
-//! fluid is near comes from the continuation of φ alone and is none, however thick: distances from it kept it there.
+//! stay, and it shows itself again where a node outside sees them or it is thicker.
 
 use crate::mesh::Mesh;
-use crate::pfem2::particles::Particles;
 use crate::pfem2::phases::FluidRegion;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Part of the fluid in the elements of its nodes below which a film is none.
 const THIN: f64 = 0.05;
 
-/// Gives the nodes of films that no node outside of solids sees and that are thin or without particles of their fluid
-/// the mean φ of the nodes outside around them; returns their number. `inside` is the fluid where φ is negative.
-pub fn absorb_unresolved_films<const D: usize, const N: usize>(
-    region: &FluidRegion<D, N>,
-    inside: u8,
-    particles: &Particles<D>,
-    level: &mut [f64],
-) -> usize {
+/// Gives the nodes of thin films that no node outside of solids sees the mean φ of the nodes outside around them;
+/// returns their number.
+pub fn absorb_unresolved_films<const D: usize, const N: usize>(region: &FluidRegion<D, N>, level: &mut [f64]) -> usize {
     let (mut rest, mut absorbed) = (region.covered_beside_fluid(), 0);
     while let Some(first) = rest.pop_first() {
         let negative = level[first] < 0.0;
@@ -38,11 +31,7 @@ pub fn absorb_unresolved_films<const D: usize, const N: usize>(
             }
             next += 1;
         }
-        let has_particles = || {
-            let elements = piece.iter().flat_map(|&node| elements_around(region.mesh, node));
-            elements.flat_map(|e| &particles.phase[particles.of(e)]).any(|fluid| (*fluid == inside) == negative)
-        };
-        if !is_seen && (!has_particles() || is_thin(region, &piece, level, negative)) {
+        if !is_seen && is_thin(region, &piece, level, negative) {
             absorbed += piece.len();
             let found: BTreeMap<usize, f64> =
                 piece.iter().filter_map(|&n| Some((n, around(region, n, level)?))).collect();
@@ -99,40 +88,33 @@ mod tests {
 
     /// Number of nodes that change sides beside a block whose left side lies a third of an element behind the nodes at
     /// x = 0.4, where the other fluid is a circle of this radius around a place inside of the block, and the volume of
-    /// that fluid before and afterwards; with the particles of these fluids, or of the one outside alone.
-    fn absorbed(radius: f64, inside_has_particles: bool) -> (usize, [f64; 2]) {
+    /// that fluid before and afterwards.
+    fn absorbed(radius: f64) -> (usize, [f64; 2]) {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [10; 2]).unwrap();
         let block = SolidMesh::block(Vector([0.434, 0.21]), Vector([0.83, 0.83]), [2; 2]).unwrap();
         let cut = SolidCut::new(&mesh, &SolidSurface::new(&[(&block, 0)], &block.nodes), &[]);
         let region = FluidRegion::new(&mesh, Some(&cut));
-        let phi = |x: Vector<2>| (x - Vector([0.55, 0.5])).norm() - radius;
-        let fluid = |x: Vector<2>| Some(u8::from(phi(x) >= 0.0 || !inside_has_particles));
-        let particles = Particles::seed(&mesh, 3, fluid, |_| Vector::ZERO);
-        let mut level: Vec<f64> = mesh.nodes().iter().map(|&x| phi(x)).collect();
+        let mut level: Vec<f64> = mesh.nodes().iter().map(|x| (*x - Vector([0.55, 0.5])).norm() - radius).collect();
         let volume = |level: &[f64]| -> f64 {
             let of = |e: usize| region.negative_volume(e, &mesh.elements()[e].map(|node| level[node as usize]));
             (0..mesh.elements().len()).map(of).sum()
         };
         let before = volume(&level);
-        let count = absorb_unresolved_films(&region, 0, &particles, &mut level);
+        let count = absorb_unresolved_films(&region, &mut level);
         (count, [before, volume(&level)])
     }
 
     #[test]
-    fn a_film_that_no_node_outside_sees_stays_if_it_is_thick_and_has_particles() {
+    fn a_thin_film_that_no_node_outside_sees_goes_and_others_stay() {
         // From x = 0.433 on: nodes at (0.5, 0.4), (0.5, 0.5) and (0.5, 0.6).
-        let (count, [before, after]) = absorbed(0.117, true);
+        let (count, [before, after]) = absorbed(0.117);
         assert_eq!((count, after), (3, 0.0));
         assert!(before > 0.0, "{before}");
         // Thicker, or with the node at (0.4, 0.5).
         for radius in [0.135, 0.17] {
-            let (count, [before, after]) = absorbed(radius, true);
+            let (count, [before, after]) = absorbed(radius);
             assert_eq!((count, before), (0, after));
             assert!(before > 0.0, "{before}");
         }
-        // Without a particle the first of these is none; the second is seen from outside.
-        let (count, [_, after]) = absorbed(0.135, false);
-        assert!(count >= 3 && after == 0.0, "{count} {after}");
-        assert_eq!(absorbed(0.17, false).0, 0);
     }
 }
