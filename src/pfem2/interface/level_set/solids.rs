@@ -19,6 +19,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Nodes per piece of a parallel loop.
 const PIECE: usize = 64;
 
+/// The mean slope of an interface at the surface of a solid, over its mean steepness there, below which it says nothing
+/// about the inside: where water stands around a solid on all sides, slopes cancel each other.
+const LEAST_COMMON_SLOPE: f64 = 0.5;
+
 /// Continues φ into solids, up to ± `band` [m], from nodes outside and those inside that are `seen` by particles.
 pub fn continue_level<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
@@ -44,8 +48,8 @@ pub fn continue_level<const D: usize, const N: usize>(
 }
 
 /// φ in which the interface goes on inside of solids from where it meets their surface: row by row, with the mean slope
-/// that it has at the surface of the solid, (G.29a). Nodes outside have `level` [m]; inside of solids that no interface meets
-/// there is none.
+/// that it has at the surface of the solid, (G.29a). Nodes outside have `level` [m]; inside of solids that no interface
+/// meets, or that one surrounds, there is none.
 ///
 /// [`continue_level`] goes on from all sides, and its zero inside moves with φ above and below the solid. Distances
 /// from that would come back to these: on top of a floating box they fell from four elements to nothing in a second.
@@ -64,6 +68,10 @@ pub fn continue_interface<const D: usize, const N: usize>(
         let solid = connected(region, first);
         let own: Vec<(usize, Vector<D>)> = solid.iter().filter_map(|node| Some((*node, met.remove(node)?))).collect();
         let slope = own.iter().map(|(_, slope)| *slope).sum::<Vector<D>>() / own.len() as f64;
+        let steepness = own.iter().map(|(_, slope)| slope.norm()).sum::<f64>() / own.len() as f64;
+        if slope.norm() < LEAST_COMMON_SLOPE * steepness {
+            continue;
+        }
         let mut known: BTreeMap<usize, f64> = own.iter().map(|&(node, _)| (node, level[node])).collect();
         let mut rest: Vec<usize> = solid.into_iter().filter(|node| !known.contains_key(node)).collect();
         while !rest.is_empty() {
